@@ -4,6 +4,7 @@ import json
 import sys
 from dataclasses import replace
 from datetime import date, datetime
+from html import unescape
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from skfem_dual import (
     Plan,
     RigidPunch,
     RigidPunches,
+    bearing_pressure,
     stress_below,
 )
 from skfem_dual.grids.generate import annulus
@@ -124,6 +126,13 @@ def test_a_case_without_solution_is_told():
     lost = replace(cases["dead"], success=False, message="gave up")
     both = Page(report_html(replace(cases, solutions=(lost, None))))
     assert both.texts["h1"][0].startswith("NOT CONVERGED: ")  # not for loads alone
+    # nor does what does not hold count against the allowable pressure, or for it
+    wild = replace(cases["dead"], pressure=99 * cases["dead"].pressure, success=False)
+    mixed = replace(cases, solutions=(cases["dead"], wild))
+    (body,) = bodies_of(mixed, Details(allowable=1.0))
+    assert np.nanmax(body.utilisation) == pytest.approx(bearing_pressure(cases["dead"]))
+    said = "kept. This holds for what was found; there are 1 without a solution"
+    assert said in unescape(report_html(mixed, allowable=1e3))
     (over,) = (t[1] for t in Page(text).tables if t[0][-1]["text"].endswith("overturning"))
     assert 0 < over[-1]["values"][0] < 1
     assert over[-2]["values"][0] < 0  # beyond the edge

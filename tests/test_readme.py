@@ -33,7 +33,7 @@ def test_there_are_two_commands():
 def test_architecture_names_every_package():
     for folder in (ROOT / "skfem_dual").iterdir():
         if folder.is_dir() and not folder.name.startswith("__"):
-            assert f"{folder.name}/" in README
+            assert f"\n{folder.name}/  " in README
 
 
 def test_pictures_exist():

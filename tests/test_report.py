@@ -442,6 +442,8 @@ def test_moments_alone():
     assert found.values("First moment along y [F·L]")[:2] == pytest.approx([2e5, 2e5])
     moments = next(name for name in found.rows if name.startswith("Moments (Mx, My)"))
     assert found.values(moments) == [2e5, -1e5]
+    about_y = page(RigidPunch(SOIL, COARSE.basis()).solve(1e6, moments=(0.0, 5.0)))
+    assert "\N{MINUS SIGN}" not in about_y.text(moments)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -609,6 +611,8 @@ def test_edges_and_collocation():
     assert "the boundary edge like" in one.text("Pressure inside the cells")
     facets = RigidPunch(SOIL, COARSE.basis(), edge_boundaries=COARSE.mesh.boundary_facets())
     assert "facets given" in page(facets.solve(1.0)).text("Pressure inside the cells")
+    listed = dataclasses.replace(facets, edge_boundaries=facets.edge_boundaries.tolist())
+    assert "facets given" in page(listed.solve(1.0)).text("Pressure inside the cells")
     node = page(solved(COARSE, edge="constant", collocation="node"))
     assert node.text("Pressure inside the cells") == "constant"
     assert node.text("Collocation points") == "nodes of the other grid"

@@ -11,7 +11,7 @@ import pytest
 from elastic_shapes import SOIL, block, plate
 from marks import slow
 from scipy.sparse import csr_matrix
-from skfem import CellBasis, ElementTriMorley, LinearForm
+from skfem import CellBasis, ElementTriMorley, ElementTriP0, LinearForm, MeshTri
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -274,6 +274,33 @@ def test_moments_of_a_plate_and_where_they_are_extreme():
     for name, m in zip(("mx", "my", "mxy"), made.moments(s), strict=True):
         expected = [(m[i], *middles[:, i]) for i in (m.argmin(), m.argmax())]
         assert found[f"load: {name}"] == pytest.approx(np.ravel(expected))
+
+
+def test_moments_of_a_plate_on_a_part_of_its_mesh():
+    mesh = MeshTri.init_tensor(np.linspace(-3.0, 3.0, 13), np.linspace(-1.0, 1.0, 5))
+    own = np.nonzero(mesh.p[0, mesh.t].mean(axis=0) > 1.0)[0]
+    made, basis = Plate(0.2, 30e6, 0.2), CellBasis(mesh, ElementTriMorley(), elements=own)
+    K, plan = made.stiffness(basis), CellBasis(mesh.restrict(own), ElementTriP0())
+    none = np.nonzero(K.diagonal() == 0.0)[0]
+    s = ElasticPunch(HalfSpace(30e3, 0.3), plan, basis, K, D=none).solve(
+        column_load(basis, (2.0, 0.3), 100.0, sides=(0.3, 0.3))
+    )
+    found, m = tables(report_html(s, plates={"": made}), "Bending moments"), made.moments(s)
+    assert m.shape == (3, len(own))
+    x = mesh.p[:, mesh.t[:, own[m[0].argmax()]]].mean(axis=1)
+    assert found["load: mx"][4:] == pytest.approx(x)
+
+
+def test_a_plate_that_is_held_above_the_ground():
+    """Its largest settlement is a rise."""
+    raft = Plate(0.4, 30e6, 0.2).on(SOIL, DualMesh.from_mesh(rectangle(4.0, 4.0, n=40)).basis())
+    held = raft.structure.get_dofs().all("u")
+    raft, x = dataclasses.replace(raft, D=held), np.zeros(raft.structure.N)
+    x[held] = -0.01
+    (body,) = bodies_of({"raft": {"up": raft.solve(np.zeros(raft.structure.N), x=x)}}, Details())
+    values = {e.quantity: e.value for e in body.extremes}
+    assert values["largest_settlement"] == pytest.approx(-0.01)
+    assert values["contact_share"] == 0.0
 
 
 def test_loads_of_joined_footings():

@@ -444,6 +444,7 @@ class RigidPunches(RigidBodies):
                 "expected punches without a frame, which leaves none of them alone. Remedy: "
                 "RigidPunches without stiffness="
             )
+        loads = checked_sequence("loads", loads)
         together = self.solve(loads, **options)
         options.pop("start", None)
         factors = []

@@ -174,9 +174,9 @@ class Plate:
 
         Returns
         -------
-        (3, nelements) array of float
-            Mean ``m_xx``, ``m_yy`` and ``m_xy`` of each element: positive ``m_xx`` and ``m_yy``
-            pull the bottom of the plate, along x and along y.
+        (3, nelems) array of float
+            Mean ``m_xx``, ``m_yy`` and ``m_xy`` of each element of the basis: positive ``m_xx``
+            and ``m_yy`` pull the bottom of the plate, along x and along y.
 
         Raises
         ------

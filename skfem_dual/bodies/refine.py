@@ -80,7 +80,6 @@ def refine_to_contact(
         # with the triangles around: the edge moves a little
         around = np.isin(mesh.t, mesh.t[:, marked]).any(axis=0)
         # refined triangles at the seam can be too long for a dual grid
-        # (boundaries are lost by refinement, with a log entry if there are any)
         mesh, _report = repair(MeshTri(mesh.p, mesh.t).refined(np.nonzero(around)[0]))
         solutions.append(_on(make, mesh).solve(**load, start=last, **options))
     return solutions

@@ -51,7 +51,8 @@ def solution_table(
     rows["Largest pressure"] = _read(largest, units.pressure, named=units.named)
     if footing.details.allowable is not None:
         mean, most = 100 * footing.utilisation[:, 0]
-        rows["Of the allowable"] = f"mean {mean:.3g} %, largest {most:.3g} %"
+        known = f"mean {mean:.3g} %, largest {most:.3g} %"
+        rows["Of the allowable"] = known if solution.success else "not known"
     for name, w in zip(footing.points, footing.settlements[0], strict=True):
         if name.startswith("P"):
             rows[f"Settlement {name}"] = _read(w, units.displacement, named=units.named)

@@ -118,7 +118,7 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
 
     Of a rigid punch the problem is solved on the other grid of the mesh, too, which tells how
     far the numbers may be off, see `PunchSolution.bounds`; of cases that with the largest
-    pressure under the first footing.
+    pressure under each footing.
 
     Parameters
     ----------

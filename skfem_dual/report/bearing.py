@@ -30,11 +30,12 @@ ROUNDING = 1e-9
 
 
 class Borne(NamedTuple):
-    """Pressures in a case, the mean and the largest on a circle."""
+    """Pressures in a case, the mean and the largest on a circle, and whether they solve it."""
 
     name: str
     mean: float
     largest: float
+    success: bool
 
 
 def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: Details) -> Html:
@@ -47,12 +48,16 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
     if allowable is not None:
         head += ["Mean / allowable", "Largest / allowable"]
     rows = []
-    for name, *values in borne:
-        used = [percent(value / allowable) for value in values] if allowable else []
-        rows.append((name, *(amount(value, unit, 4) for value in values), *used))
+    compared = [
+        [value / (allowable or np.nan) if success else np.nan for value in values]
+        for _, *values, success in borne
+    ]
+    for (name, *values, _), used in zip(borne, compared, strict=True):
+        shares = [percent(value) for value in used] if allowable else []
+        rows.append((name, *(amount(value, unit, 4) for value in values), *shares))
     stated = ""
     if allowable is not None:
-        stated = f". {_verdict(np.array([values for _, *values in borne]) / allowable)}"
+        stated = f". {_verdict(np.array(compared))}"
     limit = [] if allowable is None else [
         paragraph("Allowable pressure: ", amount(allowable, unit), " ", symbol(unit), stated, ".")
     ]  # fmt: skip

@@ -116,10 +116,10 @@ def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list
 def bearing_of_bodies(bodies: Sequence[Body]) -> Html:
     """Of each footing and structure in each case."""
     borne = [
-        Borne(body.called(name), mean, largest)
+        Borne(body.called(name), mean, largest, success)
         for body in bodies
-        for name, mean, largest in zip(
-            body.names, body.mean_pressure, body.largest_pressure, strict=True
+        for name, mean, largest, success in zip(
+            body.names, body.mean_pressure, body.largest_pressure, body.success, strict=True
         )
     ]
     return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)

@@ -18,6 +18,7 @@ from .bodies import Body, between
 from .depth import below, governing_solution
 from .details import Details
 from .footing import Footing
+from .input import shape_of
 from .structure import imposed_on
 from .structures import Structure
 
@@ -46,7 +47,8 @@ FOUND = (
 
 
 def report_data(bodies: Sequence[Body]) -> dict[str, Any]:
-    """What the page of the same bodies shows, as numbers, text, lists and dictionaries.
+    """What the page of the same bodies shows, as numbers, text, lists and dictionaries; without
+    the strength at the edge, which `edge_intensity` has.
 
     All numbers are in the units that went in, ``None`` where a page has a dash. The fields are
     described in the guide, under "The report".
@@ -147,14 +149,15 @@ def _plan(body: Body) -> dict[str, Any]:
     """What is told of every body."""
     footprint = body.plan
     # shaped punches are solved again where pressures reach the edge of the plan
-    edge = (footprint if body.standing is None else body.standing.solution.punch.footprint).edge
+    punch = None if body.standing is None else body.standing.solution.punch
     p = footprint.partition.polygons.p
     return {
         "name": body.name,
         "grid": footprint.description,
         "cells": len(footprint.partition),
-        "edge": edge,
+        "edge": (footprint if punch is None else punch.footprint).edge,
         "collocation": footprint.collocation,
+        "shape": None if punch is None else shape_of(punch.gap),
         "origin": footprint.origin,
         "centroid": footprint.centre,
         "area": footprint.partition.areas.sum(),
@@ -265,7 +268,7 @@ def _given(load: Load) -> dict[str, Any]:
     return {
         "force": load.force,
         "at": load.at,
-        "moments": None if load.moments is None else (load.moments[1], -load.moments[0]),
+        "moments": None if load.moments is None else (load.moments[1], 0.0 - load.moments[0]),
         "settlement": load.settlement,
         "tilt": load.tilt,
         "horizontal": load.horizontal,
@@ -301,7 +304,8 @@ def _case(footing: Footing, k: int) -> dict[str, Any]:
         "tilt": cases.tilt[:, k],
         "largest_settlement": cases.largest_settlement[k],
         **pressed,
-        "utilisation": pressed["utilisation"] | {"kern": footing.kern_use[k]},
+        "utilisation": pressed["utilisation"]
+        | {"kern": footing.kern_use[k], "overturning": footing.overturning_use[k]},
         "edge_distance": footing.edge_distance[k],
         "resultant_residual": solution.resultant_residual,
     }

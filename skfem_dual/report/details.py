@@ -89,6 +89,9 @@ class Details:
         remarks = checked_sequence("remarks", self.remarks)
         points = checked_sequence("points", self.points)
         found: dict[str, Any] = {
+            "accuracy": dict(self.accuracy),
+            "plates": dict(self.plates),
+            "columns": dict(self.columns),
             "date": datetime.datetime.now().astimezone() if date is None else date,
             "allowable": self.allowable,
             "points": tuple(checked_pair(f"points[{i}]", x) for i, x in enumerate(points)),

@@ -46,6 +46,11 @@ class UnderCases(ABC):
 
     @property
     @abstractmethod
+    def success(self) -> ndarray:
+        """Whether contact was found, shape (k,)."""
+
+    @property
+    @abstractmethod
     def mean_pressure(self) -> ndarray:
         """Force over the area in contact, shape (k,)."""
 
@@ -69,9 +74,11 @@ class UnderCases(ABC):
 
     @property
     def utilisation(self) -> ndarray:
-        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one."""
+        """Mean and largest pressure over the allowable one, shape (2, k); NaN without one, and
+        where the equations do not hold."""
         allowable = np.nan if self.details.allowable is None else self.details.allowable
-        return np.array([self.mean_pressure, self.largest_pressure]) / allowable
+        found = np.array([self.mean_pressure, self.largest_pressure])
+        return np.where(self.success, found, np.nan) / allowable
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +222,12 @@ class Footing(UnderCases):
         NaN without kern or resultant."""
         with np.errstate(divide="ignore"):
             return 1 / self.lift_off_reserve
+
+    @cached_property
+    def overturning_use(self) -> ndarray:
+        """The same over that of the edge of the plan's convex hull, shape (k,)."""
+        with np.errstate(divide="ignore"):
+            return 1 / self.overturning_reserve
 
     @cached_property
     def edge_distance(self) -> ndarray:

@@ -109,7 +109,7 @@ def edge_rule(punch: Any) -> str:
     where = "the plan"
     if isinstance(names, str):
         where = f"the boundary {names}"
-    elif isinstance(names, Sequence):
+    elif isinstance(names, Sequence) and all(isinstance(name, str) for name in names):
         where = f"the boundaries {', '.join(names)}"
     elif names is not None:
         where = "the boundary facets given"
@@ -151,7 +151,9 @@ def _load_rows(solution: PunchSolution, standing: Standing) -> list[tuple]:
             "about the x axis, positive where it presses down the side of larger y; about the y "
             "axis, positive where it presses down the side of larger x"
         )
-        rows.append((joined(["Moments (Mx, My)", note]), pair((m2, -m1)), symbol(units.moment)))
+        rows.append(
+            (joined(["Moments (Mx, My)", note]), pair((m2, 0.0 - m1)), symbol(units.moment))
+        )
     return rows
 
 

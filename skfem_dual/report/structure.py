@@ -60,7 +60,7 @@ def structure_sections(
     """All of a report but its head."""
     plan = LoadedPlan(solution, details.units)
     footprint, plate = solution.footprint, details.plates.get("")
-    borne = Borne("load", solution.mean_pressure, bearing_pressure(solution))
+    borne = Borne("load", solution.mean_pressure, bearing_pressure(solution), solution.success)
     return [
         notices(plan, "contact region", cautions_of(solution, plan), details.remarks),
         _in_short(solution, plan),
@@ -166,7 +166,8 @@ def moments_section(
     rows = []
     for case, solution in cases.items():
         mesh, size = solution.punch.structure.mesh, LoadedPlan(solution, units).size
-        middles = mesh.p[:, mesh.t].mean(axis=1)
+        own = solution.punch.structure.tind
+        middles = mesh.p[:, mesh.t if own is None else mesh.t[:, own]].mean(axis=1)
         for name, m in zip(("mx", "my", "mxy"), plate.moments(solution), strict=True):
             ends = int(np.argmin(m)), int(np.argmax(m))
             shown = (cell for i in ends for cell in (number(m[i], 4), place(middles[:, i], size)))

@@ -144,15 +144,15 @@ class Structure(UnderCases):
         if not self.success.any():
             return ()
         quantities = {
-            "largest_pressure": self.largest_pressure,
-            "largest_settlement": self.deflections[:, 1],
-            "deflection_difference": np.ptp(self.deflections, axis=1),
-            "contact_share": -self.contact_share,
+            "largest_pressure": (1, self.largest_pressure),
+            "largest_settlement": (1, self.deflections[:, 1]),
+            "deflection_difference": (1, np.ptp(self.deflections, axis=1)),
+            "contact_share": (-1, self.contact_share),
         }
         found = []
-        for quantity, values in quantities.items():
-            k = int(np.argmax(np.where(self.success, values, -np.inf)))
-            found.append(Extreme(quantity, abs(float(values[k])), k, self.names[k]))
+        for quantity, (sign, values) in quantities.items():
+            k = int(np.argmax(np.where(self.success, sign * values, -np.inf)))
+            found.append(Extreme(quantity, float(values[k]), k, self.names[k]))
         return tuple(found)
 
     @property
