@@ -212,6 +212,50 @@ def test_what_is_compiled_into_a_kernel_may_change(tmp_path, monkeypatch):
     monkeypatch.delitem(sys.modules, "moved_functions")
 
 
+TUPLES = """\
+from typing import NamedTuple
+import numpy as np
+from skfem_dual.kernels.compiled import compiled, vectorised
+Point = NamedTuple("Point", [(name, float) for name in {order!r}])
+@{decorator}
+def kernel(p):
+    return (p.a - 2.0 * p.b) / (p.b - 1.0)
+@compiled
+def made(x):
+    p = Point(x, 1.0)
+    return p.a
+"""
+
+
+def test_fields_and_options_of_a_kernel_may_change(tmp_path, monkeypatch):
+    """Fields of tuples that it takes and that it makes; what is divided by zero."""
+    (tmp_path / "own_tuples.py").write_text("")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+
+    def changed(order, decorator):
+        """With the stamp of the file as before."""
+        path = tmp_path / "own_tuples.py"
+        path.write_text(TUPLES.format(order=order, decorator=decorator).ljust(600))
+        os.utime(path, (1e9, 1e9))
+        monkeypatch.delitem(sys.modules, "own_tuples", raising=False)
+        importlib.invalidate_caches()
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+        return importlib.import_module("own_tuples")
+
+    for order, made in (("ab", 5.0), ("ba", 1.0), ("ba", 1.0)):
+        own = changed(order, "compiled")
+        assert own.kernel(own.Point(a=10.0, b=2.0)) == 6.0
+        assert own.made(5.0) == made
+    assert sum(own.kernel.stats.cache_hits.values()) == 1
+    assert sum(own.made.stats.cache_hits.values()) == 1
+    with pytest.raises(ZeroDivisionError):
+        own.kernel(own.Point(a=10.0, b=1.0))
+    own = changed("ba", "vectorised")
+    assert np.isinf(own.kernel(own.Point(a=10.0, b=1.0)))
+    monkeypatch.delitem(sys.modules, "own_tuples")
+
+
 def test_code_without_docstrings_has_caches_of_its_own(tmp_path, monkeypatch):
     """Under python -OO, that of a plain run was compiled anew, and then the other way round."""
     script = tmp_path / "script.py"

@@ -75,5 +75,5 @@ def _njit(function: Callable, **options: object) -> Callable:
     dispatcher = numba.njit(nogil=True, **options)(function)
     if hasattr(dispatcher, "enable_caching"):  # not where numba is told not to compile
         with contextlib.suppress(RuntimeError):  # numba finds no folder to write to
-            dispatcher._cache = CheckedCache(function)
+            dispatcher._cache = CheckedCache(dispatcher)
     return dispatcher

@@ -1,13 +1,14 @@
 """Compiled functions on disk, where damaged files and old ones count as missing.
 
 numba would load them: at best that fails, until somebody removes them, at worst they run. It looks
-at the file of a function only, not at functions and numbers of others that are compiled into it.
+at the file of a function only, not at functions and numbers of others that are compiled into it,
+at options and at the fields of tuples.
 """
 
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import cached_property
 from hashlib import sha256
@@ -16,6 +17,7 @@ from types import CodeType, FunctionType
 from typing import Any
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.types import BaseTuple
 from numpy import ndarray
 
 DIGEST = sha256().digest_size
@@ -26,23 +28,24 @@ OPTIMISED = f".opt-{sys.flags.optimize}" if sys.flags.optimize else ""
 class _CheckedFiles(IndexDataCacheFile):
     """Files that begin with the SHA-256 of what follows and of numba's version."""
 
-    def __init__(self, function: Callable, cache_path: str, filename_base: str) -> None:
+    def __init__(self, dispatcher: Any, cache_path: str, filename_base: str) -> None:
         super().__init__(cache_path, filename_base, None)
-        self._function = function
+        self._dispatcher = dispatcher
 
     @cached_property
     def _sources(self) -> bytes:
         """Digest of all that is compiled: asked for on first use, as names may follow later."""
-        return sha256(b"\n".join(_compiled_into(self._function, set()))).digest()
+        return sha256(b"\n".join(_compiled_into(self._dispatcher, set()))).digest()
 
     def _load_index(self) -> dict:
         found = self._read(self._index_path)
         if found is None or found[0] != self._sources:
             return {}
-        return found[1]
+        return {key: name for key, (name, fields) in found[1].items() if fields == _fields(key[0])}
 
     def _save_index(self, overloads: dict) -> None:
-        self._write(self._index_path, (self._sources, overloads))
+        told = {key: (name, _fields(key[0])) for key, name in overloads.items()}
+        self._write(self._index_path, (self._sources, told))
 
     def _load_data(self, name: str) -> Any:
         found = self._read(self._data_path(name))
@@ -92,19 +95,28 @@ class CheckedCache(FunctionCache):
         If there is no folder to write to.
     """
 
-    def __init__(self, function: Callable) -> None:
-        super().__init__(function)
+    def __init__(self, dispatcher: Any) -> None:
+        super().__init__(dispatcher.py_func)
         name = self._impl.filename_base + OPTIMISED
-        self._cache_file = _CheckedFiles(function, self._cache_path, name)
+        self._cache_file = _CheckedFiles(dispatcher, self._cache_path, name)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         with suppress(OSError):  # it is compiled, and can be called
             super().save_overload(sig, data)
 
 
-def _compiled_into(function: Callable, known: set[Callable]) -> Iterator[bytes]:
-    """The code of a function, and of all that it calls and reads of modules."""
+def _fields(types: Iterable[Any]) -> list[Any]:
+    """Fields of named tuples among the types of arguments, which are found by their names."""
+    tuples = [kind for kind in types if isinstance(kind, BaseTuple)]
+    return [(getattr(kind, "fields", ()), _fields(kind.types)) for kind in tuples]
+
+
+def _compiled_into(called: Any, known: set[Callable]) -> Iterator[bytes]:
+    """The code and the options of a function, and of all that it calls and reads of modules."""
+    function = getattr(called, "py_func", called)
     known.add(function)
+    options = getattr(called, "targetoptions", {})
+    yield repr([(k, sorted(v) if isinstance(v, set) else v) for k, v in options.items()]).encode()
     names = set()
     for code in _codes(function.__code__):
         constants = [c for c in code.co_consts if not isinstance(c, CodeType)]
@@ -113,9 +125,12 @@ def _compiled_into(function: Callable, known: set[Callable]) -> Iterator[bytes]:
         names |= set(code.co_names)
     for name in sorted(names & function.__globals__.keys()):
         value = function.__globals__[name]
-        value = getattr(value, "py_func", value)
-        if isinstance(value, FunctionType) and value not in known:
-            yield from _compiled_into(value, known)
+        code = getattr(value, "py_func", value)
+        if isinstance(code, FunctionType):
+            if code not in known:
+                yield from _compiled_into(value, known)
+        elif isinstance(value, type):
+            yield repr((name, getattr(value, "_fields", ()))).encode()
         elif isinstance(value, ndarray):
             yield value.tobytes()
         elif isinstance(value, (int, float, complex, str, tuple)):
