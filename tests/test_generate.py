@@ -291,6 +291,17 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
         (lambda: polygon(EXCISED, size=0.1, graded="sine"), "graded as a number"),
         (lambda: polygon([[0, 1, 0, 1], [0, 1, 1, 0]], size=0.1), "neither cross nor touch"),
         (lambda: polygon([[0, 2, 1, 1], [0, 0, 0, 1]], size=0.1), "neither cross nor touch"),
+        # a hole that touches a side along an axis within rounding, and one that touches a corner
+        *(
+            (
+                lambda hole=hole: polygon([[0, 1, 1, 0], [0, 0, 1, 1]], [hole], size=0.1),
+                "neither cross nor touch",
+            )
+            for hole in (
+                [[0.3, 0.6, 0.45], [1e-15, 0.3, 0.3]],
+                [[1e-15, 0.6, 0.45], [1e-15, 0.3, 0.5]],
+            )
+        ),
         (lambda: polygon([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]], size=0.1), "repeated corners"),
         (lambda: polygon(EXCISED, [SMALL, 0.5 * SMALL], 0.1), "hole 1 to lie outside hole 0"),
         (lambda: polygon(EXCISED, [SMALL + 5], 0.1), "hole 0 to lie inside the outline"),

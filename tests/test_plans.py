@@ -254,6 +254,14 @@ def test_a_mesh_of_another_plan_is_refused():
             lambda: Plan.circle((0, 0), 2, [Plan.circle((0, 0), 1), Plan.circle((1, 0), 0.5)]),
             "hole 0 meeting hole 1 at",
         ),
+        (
+            # sides along an axis whose boxes are apart by rounding
+            lambda: (
+                Plan.from_polygon([(0, 0), (0.3, 0), (0.3, 0.2), (0, 0.2)])
+                + Plan.from_polygon([(0.1 + 0.2, -0.2), (1, -0.2), (1, 0.4), (0.1 + 0.2, 0.4)])
+            ),
+            r"part 1 meeting .*\(0.3, ",
+        ),
         (lambda: Plan.circle((0, 0), 2, [Plan.circle((1, 0), 1)]), r"hole 0 at \(2, .*\)"),
         (lambda: Plan.circle((0, 0), 1) + Plan.circle((2, 0), 1), r"part 1 at \(1, "),
         (

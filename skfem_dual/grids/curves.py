@@ -22,6 +22,8 @@ ASKED = np.concatenate([[0.0], np.geomspace(1e-8, 0.02, 24), np.linspace(0.03, 0
 ASKED = np.concatenate([ASKED, 1 - ASKED[-2::-1]])
 #: widths that differ by a smaller part are even
 EVEN = 1e-3
+#: corners of polygons nearer to sides and to each other than this part of the extent touch them
+TOUCHING = 1e-11
 
 
 @dataclass(frozen=True)
@@ -201,6 +203,11 @@ def check_loops(loops: list[ndarray]) -> None:
     """Sides must not meet except in corners, and the holes lie inside the outline only."""
     a = np.hstack(loops)
     b = np.hstack([np.roll(v, -1, axis=1) for v in loops])
+    tolerance = TOUCHING * np.ptp(a, axis=1).max()
+
+    def same(p: ndarray, q: ndarray) -> ndarray:
+        """Whether corners of all combinations are one."""
+        return (np.abs(p[:, :, None] - q[:, None]) <= tolerance).all(axis=0)
 
     def turn(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Sense of the triangles of all combinations of a side and a corner."""
@@ -211,14 +218,13 @@ def check_loops(loops: list[ndarray]) -> None:
     def between(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Whether corners lie in the box of a side, on whose line they are."""
         low, high = np.minimum(p, q)[:, :, None], np.maximum(p, q)[:, :, None]
-        return ((r[:, None] >= low) & (r[:, None] <= high)).all(axis=0)
+        return ((r[:, None] >= low - tolerance) & (r[:, None] <= high + tolerance)).all(axis=0)
 
     to_a, to_b = turn(a, b, a), turn(a, b, b)
     crossing = (to_a * to_b < 0) & (to_a * to_b < 0).T
     # a corner on a side that does not end in it; two sides that fold back have one, too
-    is_end = (a[:, :, None] == a[:, None]).all(axis=0) | (b[:, :, None] == a[:, None]).all(axis=0)
-    touching = (to_a == 0) & between(a, b, a) & ~is_end
-    twice = np.triu((a[:, :, None] == a[:, None]).all(axis=0), 1)
+    touching = (to_a == 0) & between(a, b, a) & ~(same(a, a) | same(b, a))
+    twice = np.triu(same(a, a), 1)
     bad = np.argwhere(crossing | touching | twice)
     if len(bad):
         i, j = bad[0]

@@ -17,7 +17,7 @@ from types import CodeType, FunctionType
 from typing import Any
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.types import BaseTuple
+from numba.core.types.containers import BaseTuple
 from numpy import ndarray
 
 DIGEST = sha256().digest_size

@@ -26,8 +26,8 @@ def require_simple(rings: list[Ring], names: list[str]) -> None:
     sides = Sides(*(np.hstack(parts) for parts in zip(*map(_sides_of, rings))))
     ring = np.repeat(np.arange(len(rings)), [len(r.bulges) for r in rings])
     onward = np.concatenate([np.roll(np.nonzero(ring == i)[0], -1) for i in range(len(rings))])
-    first, second = _candidates(sides)
     tolerance = MARGIN * np.ptp(sides.extremes(), axis=1).max() + rounding(sides.start)
+    first, second = _candidates(sides, tolerance)
     corner = np.full(len(first), np.nan)
     corner = np.where(onward[first] == second, second, corner)
     corner = np.where(onward[second] == first, first, corner)
@@ -55,11 +55,11 @@ def _sides_of(ring: Ring) -> tuple[ndarray, ndarray, ndarray]:
     return ring.sides.start, ring.sides.end, ring.bulges
 
 
-def _candidates(sides: Sides) -> tuple[ndarray, ndarray]:
-    """Pairs of sides that may meet: their boxes do."""
+def _candidates(sides: Sides, tolerance: float) -> tuple[ndarray, ndarray]:
+    """Pairs of sides that may meet: their boxes do, or nearly."""
     # half a circle around the middle of the chord, or the whole of one that is more than half
     reach = np.where(np.abs(sides.bulge) > 1, 2 * sides.radius, np.hypot(*sides.chord) / 2)
-    reach = np.where(sides.curved, reach, 0.0)
+    reach = np.where(sides.curved, reach, 0.0) + tolerance
     low = np.minimum(sides.start, sides.end) - reach
     high = np.maximum(sides.start, sides.end) + reach
     pairs = list(near_pairs(low, high))
