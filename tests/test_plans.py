@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from skfem import CellBasis, ElementTriP1, Functional
 
 from skfem_dual import DualMesh, MeshError, Plan
 from skfem_dual.grids.generate import polygon
@@ -154,6 +155,16 @@ def test_meshes_have_the_area_of_the_plan(name, graded):
     names = {0: [], 1: ["hole"]}[holes]
     assert list(mesh.boundaries) == ["edge", *names]
     assert sum(map(len, mesh.boundaries.values())) == len(mesh.boundary_facets())
+
+
+@pytest.mark.parametrize("n", [80, 320])
+@pytest.mark.parametrize("graded", [None, 0.4])
+def test_meshes_of_arcs_beside_straight_sides_have_its_second_moments(n, graded):
+    """Area that chords lack at the ends of an arc was made good at its top: 1.8e-3 with 80."""
+    mesh = Plan.from_polygon([(0, 0), (1, 0, 1.0), (1, 1), (0, 1, 1.0)]).mesh(n=n, graded=graded)
+    y = CellBasis(mesh, ElementTriP1(), intorder=2)
+    found = Functional(lambda w: (w.x[1] - 0.5) ** 2).assemble(y)
+    assert found == pytest.approx(1 / 12 + np.pi / 64, rel=3 / n**2)
 
 
 @pytest.mark.parametrize("name", PLANS)

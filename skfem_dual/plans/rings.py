@@ -157,7 +157,7 @@ def _factors(arm: ndarray, angle: float, *, closed: bool) -> ndarray:
     """Factors of radii under which points have the area of an arc.
 
     Each is moved about as far as its own chords need: those of other length leave the arc where
-    it is.
+    it is, and second moments of the area are right, too, to the fourth order.
 
     Parameters
     ----------
@@ -174,9 +174,12 @@ def _factors(arm: ndarray, angle: float, *, closed: bool) -> ndarray:
     """
     along = np.sum(arm[:, :-1] * arm[:, 1:], axis=0)
     step = np.abs(np.arctan2(cross(arm[:, :-1], arm[:, 1:]), along))
-    before = np.roll(step, 1)
-    # sectors miss step^3 / 12 each, half of which the points on both sides move by
-    shift = step**2 - step * before + before**2
+    # sectors miss step^3 / 12 each, half of which the points on both sides move by: where an end
+    # stays all of it falls to the other one, or moments would be off
+    missed = step**3
+    if not closed:
+        missed[[0, -1]] *= 2
+    shift = (missed + np.roll(missed, 1)) / (step + np.roll(step, 1))
     shift = np.append(shift, shift[0] if closed else 0.0)
     shift[0] *= closed
     a, b, sine = shift[:-1], shift[1:], np.sin(step)

@@ -23,8 +23,8 @@ OPPOSED = 0.3
 #: part of the load that their mixture, continued to the edge, may miss
 CARRIED = 0.03
 #: the same of triangles of which one ring is continued. Polygons with 4 to 8 corners, some with
-#: holes, of 100 to 600 nodes come out up to 1.05 times as far off as their triangles with less,
-#: up to twice as far, or four times, with more
+#: holes, of 100 to 600 nodes come out up to 1.05 times as far off as the closer solution with
+#: less, up to twice as far, or four times, with more
 SPOILT = 0.05
 #: what dual cells have too much inside, over what triangles have more: 1.4 on uniform meshes, less
 #: on graded ones; half of the former is safe on all
@@ -118,10 +118,9 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
         if not apart <= AGREE**2 * moved:
             reason = "the law of the edge is not known, cells of the closer solution are kept"
             return replace(closer, reason=reason)
-    if opposed:
-        missed = _continued(raw[1], couple.outer(1)[1]).resultant[0] / solutions[1].force - 1
-        if abs(missed) > SPOILT:
-            return replace(closer, reason="too coarse to continue, those of triangles are kept")
+    missed = _continued(raw[1], couple.outer(1)[1]).resultant[0] / solutions[1].force - 1
+    if abs(missed) > SPOILT:
+        return replace(closer, reason="too coarse to continue, the closer solution is kept")
     return found
 
 
