@@ -658,6 +658,31 @@ def test_joined_with_their_centre_on_the_edge_between_them():
     assert np.all(found.success)
 
 
+def test_shaped_halves_joined_rigidly_settle_as_the_whole():
+    """Contact of a sphere on 45 and 73 cells is one: its line has a law, as under the whole."""
+    radius, a, c, at = 2.0, 0.45, np.array([0.1, 0.05]), np.array([0.02, 0.1])
+    force, gap = 4 / 3 * a**3 / radius, Paraboloid(radius=radius, centre=tuple(c))
+    mesh = MeshTri.init_tensor(np.linspace(-1, 1, 25), np.linspace(-0.7, 0.7, 17))
+    left = mesh.p[0, mesh.t].mean(axis=0) < 0
+    meshes = [mesh.restrict(np.nonzero(own)[0]) for own in (left, ~left)]
+    found = RigidPunches([punch(m, gap=gap) for m in meshes], joined=[(0, 1)]).solve(
+        [{"force": force, "at": tuple(at)}]
+    )
+    assert all(solution.line is not None for solution in found.solutions)
+    tilt = (at - c) / radius
+    settlement = a**2 / radius - c @ tilt - radius * (tilt @ tilt) / 2
+    assert found[0].settlement == pytest.approx(settlement, rel=4e-4)
+    assert found[0].tilt == pytest.approx(tilt, abs=4e-3 * np.abs(tilt).max())
+    # two feet with as many cells in contact are not one
+    feet = [
+        punch(mesh.restrict(np.nonzero(left)[0]).translated((x, 0.0)), gap=Paraboloid(1.0, (y, 0)))
+        for x, y in ((0.5, 0.0), (4.5, 4.0))
+    ]
+    alone = RigidPunches(feet, joined=[(0, 1)]).solve([{"settlement": 0.08, "tilt": (0, 0)}])
+    assert all(30 < (solution.pressure > 0).sum() < 60 for solution in alone.solutions)
+    assert all(solution.line is None for solution in alone.solutions)
+
+
 @pytest.mark.parametrize("unilateral", [True, False])
 @pytest.mark.parametrize(
     ("shift", "digits"), [((-3.0, 0.0), 1e-13), ((1.0, 0.5), 1e-13), ((1e5, -3e4), 1e-6)]

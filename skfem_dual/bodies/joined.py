@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arguments import checked_integer, checked_sequence
-from ..grids.outline import distance_to_segments, edge_ribs
+from ..grids.outline import edge_ribs, on_ribs
 from ..grids.partition import Partition
 from .punch import RigidPunch
 
@@ -36,12 +36,10 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     if punch.weights is None:
         return punch
     ribs, own = punch.weights.ribs, punch.partition
-    a, b = own.ends(ribs)
-    middle, size = (a + b) / 2, np.sqrt(own.areas.sum())
     touches = np.zeros(len(ribs), dtype=bool)
     for part in parts:
         if part is not own:
-            touches |= distance_to_segments(middle, *part.ends(edge_ribs(part))) < 1e-9 * size
+            touches |= on_ribs(own, ribs, part, edge_ribs(part))
     if not touches.any():
         return punch
     if touches.all():

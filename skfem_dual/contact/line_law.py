@@ -7,8 +7,9 @@ collocation points in contact settle as the punch does, cells whose point is out
 in their part of it what their neighbours do. Twice: the edge follows the better pressures.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy import ndarray
 from ..elements.edge_correction import EdgeCorrection
 from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceError
-from ..grids.partition import Partition
+from ..grids.outline import edge_ribs, on_ribs
 from ..grids.polygons import readonly
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import computed_once
@@ -26,6 +27,7 @@ from .edges import INNER, inner_share
 from .footprint import Footprint
 from .loaded_cells import ExactRows
 from .one_sign import solved
+from .parts import Part
 from .pressed import on_line
 from .problem import Contact
 from .system import DENSE, ContactSystem
@@ -118,11 +120,11 @@ def _without_strays(
 def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights | None, ...]:
     """Under each punch the line where contact ends, by pressures and gaps in the points."""
     lines: list[LineWeights | None] = []
-    for cells, own in zip(problem.footprints, problem.slices, strict=True):
+    each = zip(problem.footprints, problem.slices, _are_wide(problem, pressure > 0), strict=True)
+    for cells, own, wide in each:
         fit = cells.weights is None and cells.collocation == "centroid"
-        inside = pressure[own] > 0
         edge = None
-        if fit and problem.system.gap[own].any() and _is_wide(cells.partition, inside):
+        if wide and fit and problem.system.gap[own].any():
             modulus = cells.contact_modulus
             edge = cells.triangles.fitted(pressure[own], gap[own], modulus).segments(1)
         if edge is None or edge.starts[-1] == 0:
@@ -133,9 +135,31 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
     return tuple(lines)
 
 
-def _is_wide(partition: Partition, inside: ndarray) -> bool:
-    """Whether contact has cells enough, and not in thin rows and clusters, for such a law."""
-    return bool(inside.sum() >= FEWEST and inner_share(partition, inside) >= INNER)
+def _are_wide(problem: Any, inside: ndarray) -> ndarray:
+    """Under which punches contact has cells enough, and not in thin rows and clusters, for such a
+    law: all of a contact that goes on under joined ones."""
+    cells = [part.footprint.partition for part in problem.parts]
+    own = [inside[some] for some in problem.slices]
+    contact = _contacts(problem.parts, own)
+    counts = np.array([some.sum() for some in own])
+    inner = counts * [inner_share(*each) for each in zip(cells, own, strict=True)]
+    counts, inner = np.bincount(contact, counts), np.bincount(contact, inner)
+    return ((counts >= FEWEST) & (inner >= INNER * counts))[contact]
+
+
+def _contacts(parts: Sequence[Part], inside: Sequence[ndarray]) -> ndarray:
+    """Numbers of contacts under each punch, those that go on across a common edge as one."""
+    number = np.arange(len(parts))
+    ribs = []
+    for (cells, *_), own in zip(parts, inside, strict=True):
+        edge = edge_ribs(cells.partition) if len(parts) > 1 else np.empty(0, int)
+        ribs.append(edge[own[cells.partition.f2c[0, edge]]])
+    for i, j in combinations(range(len(parts)), 2):
+        if parts[i].body == parts[j].body and len(ribs[i]) and len(ribs[j]):
+            one, other = parts[i].footprint.partition, parts[j].footprint.partition
+            if on_ribs(one, ribs[i], other, ribs[j]).any():
+                number[number == number[j]] = number[i]
+    return number
 
 
 @dataclass(frozen=True, eq=False)

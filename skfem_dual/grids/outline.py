@@ -142,6 +142,13 @@ def edge_ribs(partition: Partition) -> ndarray:
     return readonly(np.delete(ribs[real], np.unique(pairs)), np.int32)
 
 
+def on_ribs(partition: Partition, ribs: ndarray, other: Partition, others: ndarray) -> ndarray:
+    """Which of k ribs have their middles on some ribs of other cells, (k,) array of bool."""
+    a, b = partition.ends(ribs)
+    size = np.sqrt(partition.areas.sum())
+    return distance_to_segments((a + b) / 2, *other.ends(others)) < 1e-9 * size
+
+
 class Wedges(NamedTuple):
     """Corners of a plan.
 
