@@ -275,3 +275,14 @@ def test_cells_too_large_for_how_a_plate_bends_are_told():
             continue
         with pytest.warns(ResolutionWarning, match="bends within cells: .* Remedy: smaller cells"):
             assert raft.solve(f).success
+
+
+@pytest.mark.parametrize("method", ["auto", "active-set", "cg"])
+def test_a_load_nearer_to_a_corner_than_cells_carry_is_refused(method):
+    """Slopes inside cells reach there, and turn: what was told was another cause, or none."""
+    raft = Plate(0.3, 30e6, 0.2).on(SOIL, DualMesh.from_mesh(rectangle(2.0, 1.4, n=130)).basis())
+    f = raft.structure.probes(np.array([[0.97], [0.679]])).T @ [1.0]
+    with pytest.raises(ValueError, match=r"nearer to the edge of its convex hull than"):
+        raft.solve(f, method=method)
+    with pytest.raises(ValueError, match=r"punch 0: expected loads that pressures"):
+        Punches([raft]).solve([f])

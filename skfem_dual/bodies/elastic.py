@@ -382,8 +382,13 @@ class ElasticPunch(Body):
             checked_solution("start", start)
         begin = perf_counter()
         constraints, sloped = self.share(f, held).constraints, np.zeros(len(self.partition), bool)
-        if how.unilateral and not self._system(f, held, sloped, False).can_balance(constraints):
-            raise ValueError(NO_BALANCE)
+
+        def require_balance(flat: ndarray) -> None:
+            if not self._system(f, held, flat, False).can_balance(constraints):
+                raise ValueError(NO_BALANCE)
+
+        if how.unilateral:
+            require_balance(sloped)
         pressures = None if start is None else start.pressures_on(self.footprint)
         rtol = 0.0 if self.rtol is None else self.rtol
 
@@ -393,6 +398,8 @@ class ElasticPunch(Body):
 
         with progress_bars(checked_flag("progress", progress)):
             contact, position = solved(self.footprint, find, how.unilateral, pressures)
+        if how.unilateral and not contact.success:  # slopes reach farther out, but turn there
+            require_balance(~sloped)
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp.solve(f, x=x, **how._asdict(), progress=progress)
         timings = {"solution": perf_counter() - begin}

@@ -234,6 +234,8 @@ class Punches(FromFields):
                 if sharp is not None:
                     return sharp._solved(given, how, progress)
             contact, position = met(found, added, short)
+        if how.unilateral and not contact.success:  # slopes reach farther out, but turn there
+            self._require_balance(given, self._shares(given, np.ones(len(self.cells), bool)))
         timings = self.timings | {"solution": perf_counter() - begin}
         return PunchesSolution(self, self._solutions(given, shares, contact, position, timings))
 
