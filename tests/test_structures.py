@@ -33,7 +33,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from skfem_dual import DualMesh, ElasticPunch, bearing_pressure, vertical_profile
 from skfem_dual.elements.point_values import vertex_values
 from skfem_dual.grids.fan import Fan
-from skfem_dual.grids.generate import annulus
+from skfem_dual.grids.generate import annulus, rectangle
 from skfem_dual.grids.surroundings import surroundings
 from skfem_dual.io import write_structure
 from skfem_dual.io.structures import KINDS
@@ -85,6 +85,23 @@ def test_surroundings_fill_what_the_plan_leaves(mesh):
     whole = np.prod(np.ptp(p, axis=1))
     assert (areas(p, t) > 0).all()
     assert areas(p, t).sum() + dual.areas.sum() == pytest.approx(whole, rel=1e-12)
+
+
+@pytest.mark.parametrize("away", [2.0, 20.0, 1000.0])
+def test_surroundings_are_as_fine_beside_small_parts_as_these(away):
+    """Ground beside footings in a row was cut by the length of the row, 11 % off near them."""
+    small = rectangle(1.0, 1.0, n=60)
+    basis = DualMesh.from_mesh(small + small.translated((away, 0.3))).basis()
+    p, t = surroundings(basis.partition, Fan.from_basis(basis), 0.5)
+    whole = np.prod(np.ptp(p, axis=1))
+    assert (areas(p, t) > 0).all()
+    assert areas(p, t).sum() + 2.0 == pytest.approx(whole, rel=1e-9)
+    assert t.shape[1] < 6000
+    x = p[:, t].mean(axis=1)
+    beside = np.abs(x - np.array([[away], [0.3]])).max(axis=0) < 0.8
+    sides = np.hypot(*(p[:, t] - p[:, np.roll(t, 1, axis=0)]))[:, beside]
+    assert beside.sum() > 100
+    assert sides.max() < 0.35
 
 
 def test_values_at_vertices():
