@@ -24,7 +24,8 @@ from skfem_dual import (
     postprocess,
 )
 from skfem_dual.elements.balance import balanced, field_resultant
-from skfem_dual.errors import ConvergenceError
+from skfem_dual.errors import ConvergenceError, ResolutionWarning
+from skfem_dual.grids import generate
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.outline import distance_to_segments
@@ -304,3 +305,15 @@ def test_fields_between_long_and_thin_cells_have_no_holes(kind):
     x, y = basis.doflocs
     edge = values[(x < 1e-12) & (y > 0.05) & (y < 0.95)]
     assert edge.min() > 0.7 * np.median(edge)
+
+
+def test_on_few_nodes_nothing_pulls():
+    """The force and moments of three cells take tension on those of a coarse field."""
+    mesh = generate.rectangle(2.0, 2.0, n=60)
+    punch = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(mesh).basis(), edge="constant")
+    with pytest.warns(ResolutionWarning, match="3 of 61 cells"):
+        solution = punch.solve(0.05, at=tuple(0.88 * mesh.p[:, 0]))
+    for refine in (0, 1):
+        with pytest.raises(ConvergenceError, match=r"without tension.*larger refine"):
+            solution.pressure_field(refine=refine)
+    assert solution.pressure_field(refine=2)[1].min() >= 0.0

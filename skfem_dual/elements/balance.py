@@ -42,7 +42,7 @@ def balanced(
 
     The change is least in the sum of squares of the changes over the values they change, and so
     a linear function times the field: what is zero stays so. A field without negative values gets
-    none where the others can carry the resultant.
+    none.
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ def balanced(
     Raises
     ------
     ConvergenceError
-        If what does not vanish of it, and may change, cannot carry them.
+        If what does not vanish of it, and may change, cannot carry them, or only with negative
+        values in a field without.
     """
     # about the middle: far from the origin moments hide what is left of the force
     centre = basis.mesh.p.mean(axis=1)
@@ -85,19 +86,18 @@ def balanced(
         left = np.abs(matrix @ factor - missing).max()
         return given + factor @ shares if left <= LEFT * np.abs(resultant / scale).max() else None
 
-    found = nearest(values)
-    if found is None:
-        raise ConvergenceError(
-            "too few nodes have pressures that could carry force and moments. Remedy: smaller "
-            "cells where contact is; or pressure_field with a larger refine, nodal_pressure with "
-            "conserve=False"
-        )
-    trial: ndarray | None = found if (values >= 0).all() else None
-    for _ in range(TRIALS):
-        if trial is None or (trial >= 0).all():
+    found, pressed = nearest(values), bool((values >= 0).all())
+    for _ in range(TRIALS if pressed else 0):
+        if found is None or (found >= 0).all():
             break
-        trial = nearest(trial.clip(0.0))  # what would pull is left out
-    return found if trial is None else trial
+        found = nearest(found.clip(0.0))  # what would pull is left out
+    if found is None or (pressed and found.min() < -LEFT * found.max()):
+        raise ConvergenceError(
+            "too few nodes have pressures that could carry force and moments without tension. "
+            "Remedy: smaller cells where contact is; or pressure_field with a larger refine, "
+            "nodal_pressure with conserve=False"
+        )
+    return found
 
 
 def can_balance(x: ndarray, part: ndarray, wide: float = 0.05) -> bool:

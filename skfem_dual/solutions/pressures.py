@@ -291,6 +291,8 @@ class CellPressures(ReadOnly):
         ------
         TypeError
             If ``conserve`` is neither True nor False.
+        ConvergenceError
+            If there are too few nodes to carry force and moments without tension.
         """
         conserve = checked_flag("conserve", conserve)
         basis, weights = self.footprint.basis, self.footprint.weights
