@@ -261,8 +261,29 @@ def test_fields_in_files(tmp_path):
     morley = CellBasis(SQUARE, ElementTriMorley())
     with pytest.raises(TypeError, match="ElementTriMorley"):
         write_field(tmp_path / "field.vtu", morley, np.zeros(morley.N))
+    curved = CellBasis(MeshTri2.init_circle(1), ElementTriP0())
+    with pytest.raises(TypeError, match=r"curved triangles, got ElementTriP0 on a MeshTri2"):
+        write_field(tmp_path / "field.vtu", curved, np.zeros(curved.N))
     with pytest.raises(ValueError, match=r"\.vtu"):
         write_field(tmp_path / "field.vtk", dual.basis(), np.zeros(len(dual)))
+
+
+@pytest.mark.parametrize("element", [ElementTriP1(), ElementTriP2()])
+def test_fields_on_curved_triangles_in_files(tmp_path, element):
+    """Those of the first order were straightened: 4 % of the integral over a circle were lost."""
+    basis = CellBasis(MeshTri2.init_circle(2), element, intorder=6)
+    values = basis.doflocs[0] ** 2 + basis.doflocs[1]
+    write_field(tmp_path / "field.vtu", basis, values, "p")
+    found = meshio.read(tmp_path / "field.vtu")
+    again = MeshTri2.load(tmp_path / "field.vtu")
+    read = CellBasis(again, ElementTriP2(), intorder=6)
+    at = {tuple(x): v for x, v in zip(found.points.tolist(), found.point_data["p"], strict=True)}
+    nodes = np.array([at[*x, 0.0] for x in read.doflocs.T.tolist()])
+    whole = [
+        Functional(lambda w: w.u).assemble(own, u=own.interpolate(u))
+        for own, u in ((basis, values), (read, nodes))
+    ]
+    assert whole[1] == pytest.approx(whole[0], rel=1e-12)
 
 
 @pytest.mark.parametrize(

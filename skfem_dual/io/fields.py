@@ -4,7 +4,17 @@ from os import PathLike
 
 import numpy as np
 from numpy import ndarray
-from skfem import CellBasis, ElementQuad0, ElementQuad1, ElementTriP0, ElementTriP1, ElementTriP2
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementQuad1,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    Mesh,
+    MeshQuad2,
+    MeshTri2,
+)
 
 from ..arguments import checked_array, checked_instance
 from ..grids.cellwise import CellwiseBasis
@@ -37,7 +47,8 @@ def write_field(
     Raises
     ------
     TypeError
-        If the basis or the elements are others, values are no numbers, or the name no text.
+        If the basis or the elements are others, or constants or ElementQuad1 on curved cells;
+        values are no numbers, or the name no text.
     ValueError
         If the suffix or the number of values does not fit, a value is not finite, or the name
         is empty, cannot be printed, or is ``cell``, which is that of the numbers of dual cells.
@@ -56,6 +67,8 @@ def write_field(
     if isinstance(basis, CellwiseBasis) and basis.tind is None:
         write_polygons(path, basis.partition.polygons, {name: values})
         return
+    if _is_curved(basis.mesh):
+        basis, values = _on_curves(basis, values)
     kind = SIDES[len(basis.mesh.t)]
     p, cells, at_points = basis.mesh.p, basis.mesh.t, True
     if isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
@@ -78,3 +91,30 @@ def write_field(
         cell_data={} if at_points else {written: [values]},
     )
     write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))
+
+
+def _is_curved(mesh: Mesh) -> bool:
+    """Whether sides of elements of the second order are not straight."""
+    if not isinstance(mesh, (MeshTri2, MeshQuad2)):
+        return False
+    middles = mesh.p[:, mesh.facets].mean(axis=1)
+    off = np.abs(mesh.doflocs[:, mesh.dofs.facet_dofs[0]] - middles).max()
+    return bool(off > 1e-12 * np.ptp(mesh.p, axis=1).max())
+
+
+def _on_curves(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
+    """The same field of the order of its curved triangles, which VTK writes with it."""
+    if isinstance(basis.elem, ElementTriP1):
+        fine = basis.with_element(ElementTriP2())
+        out = np.zeros(fine.N)
+        out[fine.nodal_dofs[0]] = values[basis.nodal_dofs[0]]
+        ends = values[basis.nodal_dofs[0][basis.mesh.facets]]
+        out[fine.facet_dofs[0]] = ends.mean(axis=0)
+        return fine, out
+    if not isinstance(basis.elem, ElementTriP2):
+        raise TypeError(
+            "expected ElementTriP1 or ElementTriP2 on curved triangles, got "
+            f"{type(basis.elem).__name__} on a {type(basis.mesh).__name__}. Remedy: transfer the "
+            "field to one of them, or a mesh with straight sides"
+        )
+    return basis, values
