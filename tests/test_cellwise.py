@@ -170,13 +170,15 @@ def test_nodal_values(dual):
     assert at_nodes[inner] == pytest.approx(square.mesh.p[0, inner])
 
 
-def test_nodal_values_of_quadrilaterals_and_bad_lengths():
+def test_nodal_values_of_quadrilaterals_and_bad_lengths(dual):
     basis = CellBasis(polar(4, 12), ElementQuad0())
     nodal, values = nodal_values(basis, basis.ones())
     assert values == pytest.approx(1.0)
     assert len(values) == nodal.N
     with pytest.raises(ValueError, match=r"shape \(48,\), got \(3,\)"):
         nodal_values(basis, np.ones(3))
+    with pytest.raises(ValueError, match=r"expected values of shape \(\d+,\), got \(3, "):
+        nodal_values(dual.basis(), np.ones((3, dual.basis().N)))
 
 
 def test_two_parts_of_a_mesh():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import k0
 
+from skfem_dual import GradedHalfSpace, Plan
 from skfem_dual.ground.compliance import homogeneous, through_graded, through_homogeneous
 from skfem_dual.ground.hankel import RadialTable, table_value
 from skfem_dual.ground.symbols import Symbol, Tail, wave_numbers
@@ -72,3 +73,12 @@ def test_layer_in_closed_form_solves_the_equation():
     path = through_graded(below, k, np.full(3, 1.5), moduli, down=True)
     for found, expected in zip(path, exact, strict=True):
         assert found == pytest.approx(expected, rel=1e-9, abs=1e-10)
+
+
+def test_tables_and_what_plans_compute_are_read_only():
+    """What is computed from them would go stale."""
+    table = GradedHalfSpace.init_linear(1.0, 0.3, 1.0).remainder
+    plan = Plan.from_polygon([(0, 0), (1, 0, 1.0), (1, 1), (0, 1)])
+    for array in (table.omega, table.primitive_over_r, plan.rings[0].box, plan.rings[0].turns):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0.0

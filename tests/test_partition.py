@@ -118,6 +118,8 @@ def test_shared_middle_of_a_polar_grid():
     [
         ({"facets": [[0], [1]]}, r"facets of shape \(2, 9\), got \(2, 1\)"),
         ({"f2c": np.full((2, 9), 7)}, "f2c from -1 to 3, got 7 at index 0, 0"),
+        ({"f2c": np.full((2, 9), -1)}, "a cell on the left of every rib.*rib 0 has none"),
+        ({"nodes": np.full((2, 4), np.nan)}, "expected finite nodes, got nan"),
         ({"nodes": np.zeros((2, 3))}, r"nodes of shape \(2, 4\), got \(2, 3\)"),
         ({"boundary": [0.5] * 9}, "boundary as an array of integers"),
         ({"polygons": None}, "a Polygons for polygons"),

@@ -133,7 +133,7 @@ def test_means_by_banded_and_by_sparse_factors(banded, monkeypatch):
     free = np.ones(mesh.p.shape[1], dtype=bool)
     free[mesh.boundary_nodes()] = False
     shaken = mesh.p + np.where(free, 0.003 * np.random.default_rng(0).normal(size=mesh.p.shape), 0)
-    p, _, failure = relocation.to_means(MeshTri(shaken, mesh.t), free, 0.0, 3, lambda *_: None)
+    p, _, failure = relocation.to_means(MeshTri(shaken, mesh.t), free, 3, lambda *_: None)
     assert not failure
     assert p == pytest.approx(mesh.p, abs=1e-13)  # whose inner nodes are at the means
 

@@ -6,6 +6,7 @@ They do not pull and balance the load; motions of the punch leave gaps without a
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import prod
+from operator import truediv
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -245,7 +246,7 @@ def _least(matrix: ndarray, rhs: ndarray) -> ndarray:
     # a third of the time of numpy's, which copies and checks
     factors, _, solution, failed = dgesv(matrix, rhs)
     pivots, diagonal = (a.diagonal().tolist() for a in (factors, matrix))
-    clear = abs(prod(pivots)) > CLEAR * prod(diagonal) and min(diagonal) > NIL * max(diagonal)
-    if not failed and clear:
+    clear = min(diagonal) > NIL * max(diagonal)  # and no product that numbers do not hold
+    if not failed and clear and abs(prod(map(truediv, pivots, diagonal))) > CLEAR:
         return solution
     return np.linalg.pinv(matrix) @ rhs

@@ -22,6 +22,9 @@ from ..kernels.compiled import inputs, vectorised
 
 #: radius of the outermost ring over that of the circle: the load is denser further in
 OUTERMOST = 0.7
+#: degrees of clouds where integrals by halving stand for those nearer by, in the depth and of
+#: tractions, and the radii of their cells from which on they serve
+DEGREES = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
 
 
 class Clouds(NamedTuple):

@@ -15,14 +15,12 @@ from ..ground.hankel import panel_at
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
-from .clouds import Clouds
+from .clouds import DEGREES, Clouds
 from .halving import CUTS, ROOM, RULE, RULE_WEIGHTS, next_part, size_of
 from .moments import load_moments, reach_of
 from .pieces import Pieces
 from .strips import CellLoads
 
-#: degrees of clouds, and the radii of their cells from which on they serve
-CLOUDS = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
 #: where moduli vary from the surface on, depths less than this part of a cell count as this
 SHALLOW = 1e-3
 #: depths whose tables are made at a time
@@ -79,9 +77,9 @@ def _below(loads: _Clouds, tables: DepthTables, x: ndarray, which: ndarray) -> n
 def _clouds(load: CellLoads) -> _Clouds:
     pieces, centres = Pieces.from_partition(load.partition, load.weights), load.acting
     radius = reach_of(pieces, centres)
-    moments = load.moments(load_moments(pieces, centres, max(CLOUDS) + 1))
+    moments = load.moments(load_moments(pieces, centres, max(DEGREES) + 1))
     clouds = Clouds.from_moments(
-        centres, radius, moments, {degree: k * radius for degree, k in CLOUDS.items()}
+        centres, radius, moments, {degree: k * radius for degree, k in DEGREES.items()}
     )
     return _Clouds(clouds, pieces, *inputs(load.pressure, load.slope, RULE, RULE_WEIGHTS))
 

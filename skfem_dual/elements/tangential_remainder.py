@@ -15,15 +15,13 @@ from ..ground.hankel import BITS, SQUARES, panel_at
 from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
-from .clouds import Clouds
+from .clouds import DEGREES, Clouds
 from .edge_weights import EdgeWeights, load_centroids
 from .halving import CUTS, ROOM, RULE, RULE_WEIGHTS, next_part, size_of
 from .moments import load_moments, reach_of
 from .pieces import Pieces
 from .strips import CellLoads
 
-#: degrees of clouds, and the radii of their cells from which on they serve
-DEGREES = {8: 3.0, 6: 4.0, 4: 8.0, 2: 20.0}
 #: integrals over cells: of A, B cos 2t, B sin 2t, C cos t and C sin t as in `ShearTable`, t from
 #: source to field point, and of the settlement under vertical forces
 KINDS = 6

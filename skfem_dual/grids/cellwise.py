@@ -263,7 +263,8 @@ def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]
     basis : CellBasis
         Piecewise constants, as for `RigidPunch`.
     values : (N,) or (k, N) array of float
-        One value for each cell, or for each of the k vertices of each cell of the mesh.
+        One value for each cell, or for each of the k vertices of each cell of the mesh, which dual
+        cells are not.
 
     Returns
     -------
@@ -279,11 +280,12 @@ def nodal_values(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]
     """
     values = np.asarray(values, dtype=float)
     mesh = nodal_mesh(basis)
-    if values.shape not in ((basis.N,), (len(mesh.t), basis.N)):
+    on_nodes = isinstance(basis, CellwiseBasis) and basis.grid == "dual"
+    if values.shape != (basis.N,) and (on_nodes or values.shape != (len(mesh.t), basis.N)):
         raise ValueError(f"expected values of shape ({basis.N},), got {values.shape}")
     element = ElementTriP1() if isinstance(mesh, MeshTri) else ElementQuad1()
     nodal = CellBasis(mesh, element, mapping=own_mapping(mesh))
-    if isinstance(basis, CellwiseBasis) and basis.grid == "dual":
+    if on_nodes:
         return nodal, values.copy()
     weights = np.broadcast_to(Partition.from_basis(basis).areas, mesh.t.shape)
     total = np.bincount(mesh.t.ravel(), (weights * values).ravel())

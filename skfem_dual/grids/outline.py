@@ -221,8 +221,7 @@ def _facing(x: ndarray, bisector: ndarray, angle: float, a: ndarray, b: ndarray)
     Only those inside of its angle: what others face lies across a notch.
     """
     along, offset = b - a, x[:, None] - a
-    s = (np.sum(offset * along, axis=0) / np.sum(along**2, axis=0)).clip(0, 1)
-    way = offset - s * along
+    way = offset - projected(-offset, along) * along
     r, length = np.hypot(*way), np.hypot(*along)
     facing = (np.abs(np.sum(way * along, axis=0)) < POINTING * r * length) & (r > 0)
     turn = np.arctan2(cross(bisector[:, None], -way), -bisector @ way)

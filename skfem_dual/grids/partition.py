@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 
-from ..arguments import checked_indices, checked_instance
+from ..arguments import checked_array, checked_indices, checked_instance
 from ..errors import MeshError
 from ..kernels.once import ReadOnly, computed_once, remember
 from .checks import array_conditions, check_type, triangulation_conditions
@@ -61,9 +61,13 @@ class Partition(ReadOnly):
                 name, getattr(self, name), size, shape, least=least, error=MeshError
             )
             object.__setattr__(self, name, readonly(value, np.int32))
-        object.__setattr__(self, "nodes", readonly(self.nodes, float))
-        if self.nodes.shape != (2, n):
-            raise MeshError(f"expected nodes of shape (2, {n}), got {self.nodes.shape}")
+        if (self.f2c[0] < 0).any():
+            raise MeshError(
+                "expected a cell on the left of every rib, f2c[0], and -1 only on the right of "
+                f"those on the boundary; rib {np.argmin(self.f2c[0])} has none. Remedy: turn it"
+            )
+        nodes = checked_array("nodes", self.nodes, (2, n), error=MeshError)
+        object.__setattr__(self, "nodes", readonly(nodes, float))
 
     def __len__(self) -> int:
         return len(self.polygons)

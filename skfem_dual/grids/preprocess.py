@@ -322,8 +322,10 @@ def relocated(
     show: Show = silent,
 ) -> tuple[MeshTri, PreprocessReport]:
     """`relocate` of the nodes where ``free``, without checks and warnings."""
-    method = to_means if to == "neighbours" else to_centroids
-    p, iterations, failure = method(mesh, free, tol, maxiter, show)
+    if to == "neighbours":
+        p, iterations, failure = to_means(mesh, free, maxiter, show)
+    else:
+        p, iterations, failure = to_centroids(mesh, free, tol, maxiter, show)
     # the caches of a mesh belong to its places: a new one
     moved = replace(mesh, doflocs=np.ascontiguousarray(p), t=mesh.t.copy())
     message = failure or f"inner nodes are at the {MEANING[to]}"

@@ -24,9 +24,7 @@ LEAF = 64
 Show = Callable[[int, float], None]
 
 
-def to_means(
-    mesh: MeshTri, free: ndarray, tol: float, maxiter: int, show: Show
-) -> tuple[ndarray, int, str]:
+def to_means(mesh: MeshTri, free: ndarray, maxiter: int, show: Show) -> tuple[ndarray, int, str]:
     """Nodes at the mean of their neighbours, where ``free``.
 
     Nodes of triangles that would flip stay, and the others are found anew.

@@ -322,7 +322,7 @@ def _delaunay(mesh: MeshTri) -> bool:
 def _at_means(mesh: MeshTri, loops: ndarray) -> MeshTri:
     """The mesh with its inner nodes at the means of their neighbours."""
     free = np.arange(mesh.p.shape[1]) >= loops[-1]
-    p = np.ascontiguousarray(to_means(mesh, free, 0.0, ROUNDS, silent)[0])
+    p = np.ascontiguousarray(to_means(mesh, free, ROUNDS, silent)[0])
     return numbered(MeshTri(p, mesh.t))
 
 

@@ -15,6 +15,7 @@ from ..messages import shown
 from .checks import triangulation_conditions
 from .corners import Corners, barycentres, signed_areas, unit
 from .couples import GridCouple, grid_of
+from .general import facet_numbers
 from .partition import Partition
 from .planar import MARGIN, cross
 from .polygons import some
@@ -70,13 +71,10 @@ def delaunay_voronoi(
     facets, f2c = _ribs(cell, indices)
     a = Partition.from_mesh(mesh)
     centres = np.where(node_in_a < 0, barycentres(mesh), p[:, node_in_a])
-    # a rib of B between two cells is corresponded to the facet between their points; the facets
-    # of skfem are in lexicographic order
-    keys = mesh.facets[0].astype(np.int64) * n + mesh.facets[1]
+    # a rib of B between two cells is corresponded to the facet between their points
     shared = np.nonzero(f2c[1] >= 0)[0]
-    one, other = np.sort(f2c[:, shared], axis=0).astype(np.int64)
-    place = np.minimum(np.searchsorted(keys, one * n + other), len(keys) - 1)
-    paired = keys[place] == one * n + other
+    place = facet_numbers(mesh, *f2c[:, shared])
+    paired = place != -1
     return GridCouple(
         "1-type" if to_hull else "maximal",
         replace(a, nodes=centres),

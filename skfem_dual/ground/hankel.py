@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ..kernels.compiled import compiled, inlined
+from ..kernels.once import ReadOnly, computed_once, freeze
 from .symbols import FARTHEST, GAUSS, GAUSS_WEIGHTS, NEAREST, Symbol
 
 #: degree of tables in a panel of ln r, and panels in an octave of r
@@ -23,7 +23,7 @@ ONE, EXPONENT = 1023 << 52, 2047 << 52
 
 
 @dataclass(frozen=True, eq=False)
-class RadialTable:
+class RadialTable(ReadOnly):
     """What the influence function has beyond c/r: omega_rem(r), and the integral of it times r.
 
     Piecewise polynomials in ln r; ``omega`` and ``primitive_over_r`` have the coefficients of
@@ -46,6 +46,9 @@ class RadialTable:
     omega: ndarray
     primitive_over_r: ndarray
     error: float
+
+    def __post_init__(self) -> None:
+        freeze(vars(self))
 
     @classmethod
     def from_values(
@@ -93,13 +96,13 @@ class RadialTable:
         """Largest distance of the table."""
         return float(np.exp(self.start + self.width * len(self.omega)))
 
-    @cached_property
+    @computed_once
     def squares(self) -> tuple["SquareTable", "SquareTable"]:
         """omega and primitive_over_r as functions of r^2."""
         omega, over_r = self.omega, self.primitive_over_r
         return self._over_squares(omega), self._over_squares(over_r)
 
-    @cached_property
+    @computed_once
     def fall(self) -> "SquareTable":
         """``-1 / r`` times the derivative of omega, as a function of r^2."""
         slope = np.zeros_like(self.omega)
@@ -110,7 +113,7 @@ class RadialTable:
 
         return SquareTable.from_function(function, self.nearest, self.farthest)
 
-    @cached_property
+    @computed_once
     def coarse(self) -> "SquareTable":
         """omega as a function of r^2, in few panels."""
         return SquareTable.from_function(

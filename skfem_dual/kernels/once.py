@@ -24,7 +24,7 @@ class computed_once(cached_property[_T]):
     same property of the same object: as long as no property needs itself, they cannot wait for
     each other in a circle. The lock is there only while it is needed, so that objects pickle,
     and may be frozen. An exception is nothing computed: the next to ask tries again. Arrays are
-    read-only.
+    read-only, in tuples as they come.
 
     Examples
     --------

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from ..arguments import (
 from ..errors import MeshError
 from ..grids.curves import require_digits
 from ..grids.polygons import readonly
-from ..kernels.once import ReadOnly
+from ..kernels.once import ReadOnly, computed_once
 from .corners import SAME, ring_of
 from .crossings import nested, require_parts, require_simple
 from .mesh import Part, mesh_of, refined
@@ -218,12 +217,12 @@ class Plan(ReadOnly):
         """Outline and holes, part by part."""
         return [ring for outline, holes in self.parts for ring in (outline, *holes)]
 
-    @cached_property
+    @computed_once
     def area(self) -> float:
         """Area."""
         return float(sum(sign * ring.area for sign, ring in self._signed))
 
-    @cached_property
+    @computed_once
     def centroid(self) -> ndarray:
         """Centre of area, shape (2,)."""
         middle = self.bounds.mean(axis=1)
@@ -240,7 +239,7 @@ class Plan(ReadOnly):
             for sign, ring in ((1, outline), *((-1, hole) for hole in holes))
         ]
 
-    @cached_property
+    @computed_once
     def bounds(self) -> ndarray:
         """Lower left and upper right corner of the plan as columns, shape (2, 2)."""
         boxes = np.hstack([outline.box for outline, _ in self.parts])

@@ -1,7 +1,6 @@
 """Closed outlines of straight sides and arcs."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
@@ -9,7 +8,7 @@ from numpy import ndarray
 from ..grids.curves import Width, along
 from ..grids.planar import cross
 from ..grids.polygons import readonly
-from ..kernels.once import ReadOnly
+from ..kernels.once import ReadOnly, computed_once
 from .sides import Sides
 
 #: an arc has a node for so much of its angle at least
@@ -34,7 +33,7 @@ class Ring(ReadOnly):
         ends = centre[:, None] + radius * np.array([[1.0, -1.0], [0.0, 0.0]])
         return cls(readonly(ends), readonly(np.ones(2)))
 
-    @cached_property
+    @computed_once
     def sides(self) -> Sides:
         """Its sides."""
         return Sides(self.corners, np.roll(self.corners, -1, axis=1), self.bulges)
@@ -54,7 +53,7 @@ class Ring(ReadOnly):
         """Integrals of the coordinates within, negative if clockwise."""
         return self._moments[1:] + self._moments[0] * self.corners[:, 0]
 
-    @cached_property
+    @computed_once
     def _moments(self) -> ndarray:
         """Area and first moments from the first corner, for the digits far from the origin."""
         local = Sides(
@@ -69,19 +68,19 @@ class Ring(ReadOnly):
         """Perimeter."""
         return float(self.sides.length.sum())
 
-    @cached_property
+    @computed_once
     def box(self) -> ndarray:
         """Lower left and upper right corner as columns."""
         x = self.sides.extremes()
         return np.stack([x.min(axis=1), x.max(axis=1)], axis=1)
 
-    @cached_property
+    @computed_once
     def turns(self) -> ndarray:
         """Change of direction in each corner, from -pi to pi, positive to the left."""
         begin, end = self.sides.directions
         return np.pi - np.mod(np.pi - begin + np.roll(end, 1), 2 * np.pi)
 
-    @cached_property
+    @computed_once
     def is_circle(self) -> bool:
         """Whether it is one circle."""
         sides = self.sides

@@ -1,13 +1,13 @@
 """Sides of outlines: straight edges and arcs of circles."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy import ndarray
 
 from ..grids.outline import distance_to_segments
 from ..grids.planar import cross
+from ..kernels.once import computed_once
 
 #: arcs flatter than this, rise over half the chord, are straight
 FLAT = 1e-9
@@ -34,40 +34,40 @@ class Sides:
     end: ndarray
     bulge: ndarray
 
-    @cached_property
+    @computed_once
     def chord(self) -> ndarray:
         """From start to end, shape (2, k)."""
         return self.end - self.start
 
-    @cached_property
+    @computed_once
     def angle(self) -> ndarray:
         """Angles of the arcs, positive if they turn left, 0 for straight sides; shape (k,)."""
         return np.where(self.curved, 4 * np.arctan(self.bulge), 0.0)
 
-    @cached_property
+    @computed_once
     def curved(self) -> ndarray:
         """Which sides are arcs; shape (k,)."""
         return np.abs(self.bulge) > FLAT
 
-    @cached_property
+    @computed_once
     def radius(self) -> ndarray:
         """Radii of the arcs, infinite for straight sides; shape (k,)."""
         b = np.where(self.curved, np.abs(self.bulge), np.inf)
         return np.where(self.curved, np.hypot(*self.chord) * (b + 1 / b) / 4, np.inf)
 
-    @cached_property
+    @computed_once
     def centre(self) -> ndarray:
         """Centres of the arcs, the middles of straight sides; shape (2, k)."""
         b = np.where(self.curved, self.bulge, 1.0)
         return (self.start + self.end) / 2 + _left(self.chord) * (1 / b - b) / 4
 
-    @cached_property
+    @computed_once
     def length(self) -> ndarray:
         """Lengths along the sides; shape (k,)."""
         radius = np.where(self.curved, self.radius, 0.0)
         return np.where(self.curved, radius * np.abs(self.angle), np.hypot(*self.chord))
 
-    @cached_property
+    @computed_once
     def directions(self) -> tuple[ndarray, ndarray]:
         """Directions in the starts and in the ends, angles from the first axis."""
         along = np.arctan2(self.chord[1], self.chord[0])
