@@ -18,9 +18,8 @@ ROUNDING = 1e-10
 SINGLE = float(np.finfo(np.float32).eps) / 2
 NO_BALANCE = (
     "expected loads that pressures under the plan can balance, got some that would take tension: "
-    "they pull, or their resultant lies outside of the plan, or nearer to the edge of its convex "
-    "hull than its outermost cells. Remedy: move them towards the middle, hold the structure, D=, "
-    "or unilateral=False for ground that pulls"
+    "they pull, or their resultant lies outside of the plan or beyond its outermost cells. "
+    "Remedy: move them, hold the structure, D=, or unilateral=False for ground that pulls"
 )
 
 
