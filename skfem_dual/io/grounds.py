@@ -7,7 +7,7 @@ from typing import Any
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import Layer, LayeredHalfSpace
 from ..ground.substrates import HalfSpace
-from ..messages import one_line
+from ..messages import one_line, shown
 from ..units import PLAIN, Units
 from .guarded import require_file, text_of
 from .layers import LEAST, MOST, read_layers
@@ -82,11 +82,11 @@ def read_substrate(
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})
     base, layers = found["base"], found.get("layers", [])
     if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
-        raise ValueError(f"expected tables [[layers]] in {path}, got layers = {_shown(layers)}")
+        raise ValueError(f"expected tables [[layers]] in {path}, got layers = {shown(layers)}")
     rigid = base in ("bonded", "smooth")
     if not rigid and not isinstance(base, dict):
         raise ValueError(
-            f'expected a table [base], "bonded" or "smooth" as base in {path}, got {_shown(base)}'
+            f'expected a table [base], "bonded" or "smooth" as base in {path}, got {shown(base)}'
         )
     if rigid and not layers:
         raise ValueError(f"expected layers on the base {base!r} in {path}, got none")
@@ -138,15 +138,9 @@ def _numbers(table: dict[str, Any], needed: set[str], where: str) -> dict[str, f
         if not number or not (value == 0 or LEAST <= abs(value) <= MOST):
             raise ValueError(
                 f"expected a number for {key} in {where}, 0 or from {LEAST:g} to {MOST:g} in "
-                f"size, got {_shown(value)}"
+                f"size, got {shown(value)}"
             )
     return {key: float(value) for key, value in table.items()}
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, int) and abs(value) > MOST:  # Python refuses to print thousands of digits
-        return f"a whole number of {value.bit_length()} bits"
-    return one_line(repr(value), 60)
 
 
 def _require_keys(where: str, found: dict, needed: set[str], optional: set[str]) -> None:

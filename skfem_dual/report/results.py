@@ -40,7 +40,7 @@ def in_short(solution: PunchSolution, standing: Standing) -> Html:
             ("Settlement of the origin", read(solution.settlement, units.displacement)),
             ("Tilt", one_to(slope, standing.is_level(slope))),
             ("Resultant force", read(standing.force, units.force)),
-            ("In contact", percent(solution.contact_area / standing.plan_area)),
+            ("In contact", percent(1 - standing.lifted_share)),
             ("Contact", in_words(standing) if solution.success else "NOT CONVERGED"),
         ]
     )
@@ -146,7 +146,7 @@ def pressure_section(solution: CellPressures, plan: LoadedPlan) -> Html:
     rows: list[tuple] = [
         ("Contact", joined([in_words(plan), small(solution.message)]), NONE),
         ("Contact area", number(solution.contact_area), symbol(plan.units.area)),
-        ("of the area of the plan", percent(solution.contact_area / plan.plan_area), NONE),
+        ("of the area of the plan", percent(1 - plan.lifted_share), NONE),
         ("Mean pressure on the contact area", amount(mean, unit), symbol(unit)),
         ("Largest mean pressure on a circle", amount(away, unit), symbol(unit)),
         ("Largest mean pressure of a cell", amount(p[most], unit), symbol(unit)),

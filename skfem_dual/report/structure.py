@@ -113,7 +113,7 @@ def _in_short(solution: ElasticSolution, plan: LoadedPlan) -> Html:
             ("Largest deflection", read(w.max(), plan.units.displacement)),
             ("Difference of deflections", read(np.ptp(w), plan.units.displacement)),
             ("Resultant force", read(plan.force, plan.units.force)),
-            ("In contact", percent(solution.contact_area / plan.plan_area)),
+            ("In contact", percent(1 - plan.lifted_share)),
             ("Contact", in_words(plan) if solution.success else "NOT CONVERGED"),
         ]
     )
