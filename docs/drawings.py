@@ -99,14 +99,14 @@ def lift_off() -> Axes:
     line = np.stack([x, np.zeros_like(x)])
     under = np.abs(x) <= 1
     punch = solution.punch_displacement(line)
-    ground = solution.displacement(line)
+    ground = solution.ground_displacement(line)
     ax.fill_between(x, ground, 1.5, color="#f2efe8", lw=0)
     ax.plot(x, ground, color=OUTLINE, lw=1.2)
     ax.plot(x[under], punch[under], color=CONTACT, lw=3, solid_capstyle="butt")
     shown = np.linspace(-0.96, 0.96, 25)
     p = solution.pressure_at(np.stack([shown, np.zeros_like(shown)]))
     here = np.stack([shown, np.zeros_like(shown)])
-    for s, q, w in zip(shown, p, solution.displacement(here), strict=True):
+    for s, q, w in zip(shown, p, solution.ground_displacement(here), strict=True):
         if q > 0:
             foot = min(w + 0.9 * q, 1.45)
             arrow = {"arrowstyle": "-|>", "color": FAULT, "lw": 0.9}

@@ -66,7 +66,7 @@ def sunk(plotter: pyvista.Plotter, solution: PunchSolution) -> None:
     punch = solution.punch
     fan, size = punch.fan, np.ptp(punch.fan.p, axis=1).max()
     around, t = surroundings(punch.partition, fan, 0.25)
-    w = solution.displacement(around)
+    w = solution.ground_displacement(around)
     scale = SUNK * size / w.max()
     add(plotter, np.vstack([around, -scale * w]), t, color=GROUND, smooth_shading=True)
     basis, p = solution.pressure_field()

@@ -161,7 +161,7 @@ def visualize(result: Result):
     for name, finite in result.finite.items():
         ax = pictures[name] = chart(3.5)
         r = np.linspace(0, reach, 321)
-        w = result.boundary[name].displacement(np.stack([r, np.zeros_like(r)]))
+        w = result.boundary[name].ground_displacement(np.stack([r, np.zeros_like(r)]))
         ax.fill_between(r, w, 0.5, color=GROUND, lw=0)
         ax.plot(r, w, style, color=line, label="boundary elements")
         # a choice of the nodes, which are dense at the edge

@@ -120,7 +120,7 @@ def draw_ground(pair: PunchesSolution):
 
     n, m = 151, 91
     x = np.array(np.meshgrid(np.linspace(-4.4, 4.4, n), np.linspace(-2.6, 2.6, m)))
-    w = pair.displacement(x.reshape(2, -1))
+    w = pair.ground_displacement(x.reshape(2, -1))
     i = np.arange(n * m).reshape(m, n)
     faces = np.stack([i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]]).reshape(4, -1)
     plotter, limits, scale = stage(), (0.0, float(w.max())), 1.2 / w.max()

@@ -133,7 +133,7 @@ def draw_settlements(result: Result):
     ax, half = chart(5.0), SIDES[0] / 2
     r = np.linspace(-3.5 * half, 3.5 * half, 561)
     for (color, style), (name, s) in zip(styles(), result.rectangles.items(), strict=True):
-        w = 1e3 * s.displacement(np.stack([r, np.zeros_like(r)]))
+        w = 1e3 * s.ground_displacement(np.stack([r, np.zeros_like(r)]))
         ax.plot(r, w, linestyle=style, color=color, label=name)
     ax.set_xlim(r[0], r[-1])
     ax.invert_yaxis()

@@ -90,7 +90,7 @@ def test_neighbours_lean_towards_each_other():
         )
     assert found.force == pytest.approx([1.0, 1.0])
     beside = np.array([[0.0], [0.0]])
-    assert found.displacement(beside) == pytest.approx(right.displacement(beside))
+    assert found.ground_displacement(beside) == pytest.approx(right.displacement(beside))
     factors = [pair(d).interaction_factors(CENTRAL)[0] for d in (2.5, 3.0, 5.0)]
     assert factors[0] > factors[1] > factors[2] > 1
 

@@ -588,7 +588,10 @@ BASE = "[base]\nyoung = 1.0\npoisson = 0.2\n"
         (BASE + "gradient = 1e-310", "number for gradient in base of .*got 1e-310"),
         ("[base]\nyoung = true\npoisson = 0.2", "number for young in base of .*got True"),
         ("[base]\nyoung = 1\npoisson = [0.2]", r"number for poisson in base of .*got \[0.2\]"),
-        (f"[base]\nyoung = {'9' * 400}\npoisson = 0.2", "young in base of .*an integer of 400 digits"),
+        (
+            f"[base]\nyoung = {'9' * 400}\npoisson = 0.2",
+            "young in base of .*an integer of 400 digits",
+        ),
         (f"[base]\nyoung = 0x{'f' * 9000}\npoisson = 0.2", "young in base of .*10837 digits"),
         (f"[base]\nyoung = {'9' * 5000}\npoisson = 0.2", "expected TOML"),
         (f"base = {'[' * 9000}", "expected TOML"),

@@ -78,9 +78,13 @@ class PunchesSolution:
         positions = np.array([s.positions[0] for s in first])
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
-    def displacement(self, x: ArrayLike) -> ndarray:
-        """Settlement of the ground at points of shape (2, m), under all punches."""
+    def ground_displacement(self, x: ArrayLike) -> ndarray:
+        """Settlement of the ground at points of shape (2, ...), under all punches."""
         return self[0].ground_displacement(x)
+
+    def displacement(self, x: ArrayLike) -> ndarray:
+        """The same as `ground_displacement`."""
+        return self.ground_displacement(x)
 
     def __repr__(self) -> str:
         names = [shortened(name, 14) for name in self.punches.names]

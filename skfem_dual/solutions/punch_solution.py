@@ -224,7 +224,7 @@ class PunchSolution(CellPressures):
         return self.punch.condition_number
 
     def displacement(self, x: ArrayLike) -> ndarray:
-        """Settlement of the ground at points of shape (2, ...), under the punch or beside it."""
+        """The same as `ground_displacement`; of structures ``displacement`` is their vector."""
         return self.ground_displacement(x)
 
     def punch_displacement(self, x: ArrayLike, *, collocated: bool = False) -> ndarray:
