@@ -4,6 +4,7 @@ In the twin for dark pages, named ``*.dark.*``, ink is light and pale fills are 
 and what is drawn on them, stay as they are.
 """
 
+import re
 from colorsys import hls_to_rgb, rgb_to_hls
 from pathlib import Path
 
@@ -41,12 +42,20 @@ def save_twins(figure: Figure, path: Path, **options) -> None:
         darken(figure)
         figure.savefig(twin(path), **options)
     for file in (path, twin(path)):
+        if file.suffix == ".svg":  # a hundredth of a point is enough
+            text = file.read_text(encoding="utf-8")
+            file.write_text(re.sub(r' d="[^"]*"', _rounded, text), encoding="utf-8")
         if file.suffix == ".png" and file.stat().st_size > LARGE:
             image = Image.open(file)
             image = image.resize([3 * n // 4 for n in image.size])
             image.save(file)
             if file.stat().st_size > LARGE:  # nothing but lines is still so large
                 image.quantize(256, method=Image.Quantize.FASTOCTREE).save(file)
+
+
+def _rounded(path: re.Match) -> str:
+    """The data of a path with two decimals."""
+    return re.sub(r"(\.\d\d)\d+", r"\1", path[0])
 
 
 def darken(figure: Figure) -> None:
