@@ -722,3 +722,33 @@ def test_origins_do_not_decide_under_a_frame(shift, digits, unilateral):
         return back @ np.concatenate([[s.settlement, *s.tilt] for s in found.solutions])
 
     assert positions(*shift) == pytest.approx(positions(0.0, 0.0), rel=digits)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("load", [{"force": 1e5}, {"settlement": 0.003}])
+@pytest.mark.parametrize("off", [0.0, 1e-9, 1e-6, 0.08])
+def test_springs_between_hinges_wherever_the_origins_are(off, load, unilateral):
+    """Rows of zeros became rows of rounding: loads were refused, or their body turned over."""
+    soil, mesh, spring = HalfSpace(30e6, 0.3), generate.rectangle(1.3, 0.7, n=40), 5e7
+    frame = np.zeros((6, 6))
+    frame[np.ix_([0, 3], [0, 3])] = spring * np.array([[1, -1], [-1, 1]])
+    rng = np.random.default_rng(3)
+    for a, b in rng.uniform(-5, 5, (3, 2, 2)) + np.array([[0.0, 0.0], [9.0, 9.0]]):
+        feet = [
+            RigidPunch(
+                soil,
+                DualMesh.from_mesh(mesh.translated(tuple(x))).basis(),
+                origin=tuple(x + off * np.array([1.0, -0.4])),
+            )
+            for x in (a, b)
+        ]
+        s = RigidPunches(feet, stiffness=frame).solve(
+            [load, {"force": 2e5}], unilateral=unilateral
+        )
+        assert s.success
+        taken = spring * (s[1].settlement - s[0].settlement)
+        assert s[1].force == pytest.approx(2e5 - taken, rel=1e-9)
+        if "force" in load:
+            assert s[0].force == pytest.approx(1e5 + taken, rel=1e-9)
+        else:
+            assert s[0].settlement == pytest.approx(0.003)

@@ -8,7 +8,7 @@ the equations are those of a body that bends, see `ElasticPunch`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy import ndarray
@@ -32,6 +32,8 @@ ROUNDING = 1e-13
 EQUILIBRIUM = 1e-6
 #: parts of the sum of all products, as if none cancelled, that may be rounding of positions
 NOISE = 8 * float(np.finfo(float).eps)
+#: a point so many times as far off a body as that is wide
+FAR = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +55,15 @@ class FramedSystem:
     @computed_once
     def _compliance(self) -> tuple[Compliance, ndarray]:
         """What the frame yields by forces on the free motions, and the motions of the whole."""
-        motions = self.constraints.motions
-        return generalised_inverse(motions.T @ self.constraints.frame @ motions)
+        return generalised_inverse(self._frame)
+
+    @computed_once
+    def _frame(self) -> ndarray:
+        """Stiffness of the frame against the free motions, zero where products cancel."""
+        motions, frame = self.constraints.motions, cast(ndarray, self.constraints.frame)
+        found = motions.T @ frame @ motions
+        size = np.abs(motions).T @ np.abs(frame) @ np.abs(motions)
+        return np.where(np.abs(found) > NOISE * size, found, 0.0)
 
     @computed_once
     def _planes(self) -> ndarray:
@@ -68,7 +77,7 @@ class FramedSystem:
     def _forces(self) -> ndarray:
         """Forces on the free motions, those by imposed positions too."""
         c = self.constraints
-        return c.given - c.motions.T @ (c.frame @ c.fixed)
+        return c.given - _product(c.motions.T, c.frame @ c.fixed)
 
     @computed_once
     def _together(self) -> tuple[ContactSystem, Constraints]:
@@ -145,8 +154,7 @@ class FramedSystem:
     def _unbalanced(self, pressure: ndarray, free: ndarray) -> float:
         """Forces on the free motions that are not balanced, more than by rounding, over the
         largest."""
-        motions = self.constraints.motions
-        frame, pressed = motions.T @ self.constraints.frame @ motions, self._resultants @ pressure
+        frame, pressed = self._frame, self._resultants @ pressure
         unit = 1 / np.abs(self._planes).max(axis=1)  # of motions by one somewhere
         rounding = NOISE * (np.abs(frame) @ np.abs(free))
         left = np.abs(self._forces - pressed - frame @ free) - rounding
@@ -169,6 +177,17 @@ def about_centroids(stiffness: ndarray, origins: Sequence[ndarray]) -> ndarray:
     found = shift.T @ stiffness @ shift
     found = np.where(np.abs(found) > 4 * np.finfo(float).eps * size, found, 0.0)
     return (found + found.T) / 2
+
+
+def about_origin(constraints: Constraints, origin: ndarray, width: float) -> Constraints:
+    """The same of a body on which forces act by motions about its origin, where hinges of a frame
+    are ones exactly; for their digits not by those about a point far off the body."""
+    if len(constraints.given) < 3 or np.hypot(*origin) > FAR * width:
+        return constraints
+    motions = np.eye(3)
+    motions[0, 1:] = -origin
+    given = _product(motions.T, constraints.given)
+    return replace(constraints, motions=motions, balance=motions.T, given=given)
 
 
 def _product(matrix: ndarray, vector: ndarray) -> ndarray:

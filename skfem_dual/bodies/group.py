@@ -30,7 +30,7 @@ from ..solutions.cases_solution import CasesSolution
 from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
-from .frame import FramedSystem, about_centroids, checked_stiffness
+from .frame import FramedSystem, about_centroids, about_origin, checked_stiffness
 from .joined import bodies_of, checked_joined, free_of
 from .neighbours import (
     checked_names,
@@ -349,8 +349,15 @@ class RigidPunches(RigidBodies):
     def imposed(self, loads: tuple[Load, ...]) -> Constraints:
         """What the loads of all bodies impose, and the frame."""
         own = zip(self._given("loads", loads), self._origins, strict=True)
-        together = Constraints.together([load.constraints(origin) for load, origin in own])
-        return replace(together, frame=self._frame)
+        parts = [load.constraints(origin) for load, origin in own]
+        if self.stiffness is not None:
+            each = zip(parts, self._origins, self.bodies, strict=True)
+            parts = [about_origin(p, origin, self._width(body)) for p, origin, body in each]
+        return replace(Constraints.together(parts), frame=self._frame)
+
+    def _width(self, body: Sequence[int]) -> float:
+        """How wide a body is, about."""
+        return float(np.sqrt(sum(self.punches[i].partition.areas.sum() for i in body)))
 
     @computed_once
     def _frame(self) -> ndarray | None:
