@@ -300,3 +300,18 @@ def test_a_thousand_cases(lifting):
         same(cases[k], expected)
         assert rows[k]["largest_pressure"] == pytest.approx(bearing_pressure(expected), rel=1e-9)
     assert (cases.contact_share < 1 - 1e-9).sum() == pytest.approx(lifting, abs=0.2 * lifting)
+
+
+def test_a_case_on_which_nothing_slides_stops_no_others():
+    """Its table, file and report ended in the error of a single solution."""
+    punch = RigidPunch(HalfSpace(30e6, 0.3), DualMesh.from_mesh(disc(3)).basis())
+    up = {"settlement": -1e-3, "horizontal": (1e4, 0.0)}
+    with pytest.raises(ValueError, match="contact on two cells or more"):
+        punch.solve(**up)
+    with pytest.warns(ConvergenceWarning, match="two cells or more"):
+        cases = punch.solve_many({"up": up, "ok": {"force": 1e6, "horizontal": (1e4, 0.0)}})
+    assert cases.success.tolist() == [False, True]
+    assert "contact on two cells or more" in cases.messages[0]
+    assert np.isnan(cases.sliding[:, 0]).all()
+    assert cases.sliding[0, 1] > 0
+    assert [row["success"] for row in cases.table()] == [False, True]

@@ -1,4 +1,5 @@
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -224,7 +225,7 @@ def test_union_of_cells_has_the_matrix_of_its_parts(substrate):
         joined=[(0, 2)],
     )
     x = group.cells.collocation_points
-    parts = np.hstack([p.influence(x) for p in group.punches])
+    parts = np.hstack([p.influence(x) for p in group.members])
     assert group.cells.influence(x) == pytest.approx(parts, rel=1e-12)
     assert group.cells.operator(1e-6) == pytest.approx(parts, rel=1e-4, abs=1e-6 * parts.max())
 
@@ -752,3 +753,32 @@ def test_springs_between_hinges_wherever_the_origins_are(off, load, unilateral):
             assert s[0].force == pytest.approx(1e5 + taken, rel=1e-9)
         else:
             assert s[0].settlement == pytest.approx(0.003)
+
+
+def test_what_joins_punches_does_not_change_them():
+    """Variants of a group kept edges freed for another one, and numbers as names."""
+    mesh = generate.rectangle(1.3, 1.0, n=50)
+    given = [punch(mesh.translated((x, 0.0)), origin=(x, 0.0)) for x in (0.0, 1.3)]
+    loads, apart = [{"force": 1.0}] * 2, RigidPunches(given)
+    joined = RigidPunches(given, joined=[(0, 1)])
+    assert joined.punches == tuple(given)
+    assert len(joined.members[0].weights.ribs) < len(given[0].weights.ribs)
+    again = replace(joined, joined=())
+    assert again.members == apart.members
+    assert again.solve(loads)[0].settlement == apart.solve(loads)[0].settlement
+    third = punch(mesh.translated((5.0, 0.0)))
+    for group in (apart, Punches(given)):
+        assert replace(group, punches=[*given, third]).names == ("0", "1", "2")
+    with pytest.raises(ValueError, match="expected 3 names that differ"):
+        replace(replace(apart, names=("a", "b")), punches=[*given, third])
+
+
+def test_contact_is_rough_under_bodies_not_under_parts_of_one():
+    """Four cells of one half touch beside a hundred of the other."""
+    mesh = generate.rectangle(4.0, 2.0, n=300)
+    left = mesh.p[0, mesh.t].mean(axis=0) < 0
+    halves = [punch(mesh.restrict(np.nonzero(own)[0])) for own in (left, ~left)]
+    found = RigidPunches(halves, joined=[(0, 1)]).solve(
+        [{"force": 1.0, "at": tuple(np.array([1.48, 0.2]) - halves[0].origin)}]
+    )
+    assert 0 < (found[0].pressure > 0).sum() < 12 < (found[1].pressure > 0).sum()

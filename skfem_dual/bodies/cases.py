@@ -13,6 +13,7 @@ from ..arguments import checked_instance, checked_sequence
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, Share
 from ..contact.many import ManyLoads
+from ..contact.motions import require_grip
 from ..contact.one_sign import solved_each
 from ..contact.problem import Contact, rough_under
 from ..contact.unilateral import How
@@ -106,9 +107,9 @@ def solve_cases(
     """Solve and verify cases; ``loads`` has the loads of the bodies in each."""
     imposed: dict[int, Constraints] = {}
     messages = [""] * len(names)
-    for k, load in enumerate(loads):
+    for k, each in enumerate(loads):
         try:
-            imposed[k] = problem.constraints(load, how.unilateral)
+            imposed[k] = problem.constraints(each, how.unilateral)
         except ValueError as error:  # the other cases do not depend on it
             messages[k] = str(error)
     answers: list[tuple[PunchSolution, ...] | None] = [None] * len(names)
@@ -119,10 +120,17 @@ def solve_cases(
         if contact.success and (sharp := problem.over_edge(contact.pressure)) is not None:
             over.setdefault(sharp, []).append(k)
             continue
+        try:
+            for load in loads[k]:
+                if load.shear is not None and (load.shear.any() or contact.pressure.any()):
+                    require_grip(contact.pressure != 0)
+        except ValueError as error:
+            messages[k] = str(error)
+            continue
         timings = problem.timings | {"all cases": perf_counter() - begin}
         answers[k] = problem.answers(loads[k], contact, position, timings)
         messages[k] = contact.message or contact.description
-        if contact.success and (few := rough_under(contact, problem.slices)):
+        if contact.success and (few := rough_under(contact, problem.cells_of_bodies)):
             rough.append(f"{few[0]}; first in case {names[k]!r}")
     for sharp, some in over.items():
         own = tuple(names[k] for k in some), [loads[k] for k in some]

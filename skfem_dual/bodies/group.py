@@ -104,12 +104,6 @@ class RigidPunches(RigidBodies):
         require_one_ground(punches, names)
         groups = checked_joined(self.joined, len(punches))
         require_apart(punches, names)
-        for group in groups:
-            parts = [punches[i].partition for i in group]
-            free = [free_of(punches[i], parts) for i in group]
-            punches = tuple(
-                free[group.index(i)] if i in group else punch for i, punch in enumerate(punches)
-            )
         object.__setattr__(self, "punches", punches)
         object.__setattr__(self, "joined", tuple(groups))
         object.__setattr__(self, "names", names)
@@ -155,18 +149,29 @@ class RigidPunches(RigidBodies):
         return bodies_of([tuple(group) for group in self.joined], len(self.punches))
 
     @computed_once
+    def members(self) -> tuple[RigidPunch, ...]:
+        """The punches as they stand: with a singular edge only where they touch no other of their
+        body."""
+        found = list(self.punches)
+        for body in self.bodies:
+            parts = [self.punches[i].partition for i in body]
+            for i in body:
+                found[i] = free_of(self.punches[i], parts)
+        return tuple(found)
+
+    @computed_once
     def parts(self) -> tuple[Part, ...]:
         """The punches, one after the other."""
         body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
         return tuple(
             Part(punch.footprint, body_of[i], self.centres[body_of[i]])
-            for i, punch in enumerate(self.punches)
+            for i, punch in enumerate(self.members)
         )
 
     @computed_once
     def centres(self) -> list[ndarray]:
         """Centroid of each body, to which its position refers."""
-        weighed = [(p.centre, p.partition.areas.sum()) for p in self.punches]
+        weighed = [(p.centre, p.partition.areas.sum()) for p in self.members]
         return [
             sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
             for body in self.bodies
@@ -190,7 +195,7 @@ class RigidPunches(RigidBodies):
             Before the work, if the memory at hand will not do.
         """
         with timed(self.timings, "assembly"):
-            symmetric = all(punch.symmetry is not None for punch in self.punches)
+            symmetric = all(punch.symmetry is not None for punch in self.members)
             found = self.cells.usable_symmetry() if symmetric and self.stiffness is None else None
             if found is not None:
                 return self.cells.symmetric_matrix(found)
@@ -204,18 +209,18 @@ class RigidPunches(RigidBodies):
     @property
     def _rtol(self) -> float:
         """Accuracy of the operator's products."""
-        return getattr(self.operator, "rtol", min(p.rtol or 0.0 for p in self.punches))
+        return getattr(self.operator, "rtol", min(p.rtol or 0.0 for p in self.members))
 
     @computed_once
     def system(self) -> ContactSystem:
         """The equations for all pressures and the positions of the bodies."""
-        planes = [punch.planes(punch.collocation_points) for punch in self.punches]
+        planes = [punch.planes(punch.collocation_points) for punch in self.members]
         return ContactSystem(
             self.operator,
             by_bodies(self.parts, planes),
             self.resultants_of(self.footprints),
-            np.concatenate([p.initial_gap for p in self.punches]),
-            np.concatenate([p.partition.areas for p in self.punches]),
+            np.concatenate([p.initial_gap for p in self.members]),
+            np.concatenate([p.partition.areas for p in self.members]),
             self.timings,
             partition=self.cells.partition,
         )
@@ -272,7 +277,7 @@ class RigidPunches(RigidBodies):
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(given, how, contact.pressure, progress)
         timings = self.timings | {"solution": perf_counter() - begin}
-        warn_of(contact, self.slices)
+        warn_of(contact, self.cells_of_bodies)
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
     def solve_many(
@@ -320,12 +325,12 @@ class RigidPunches(RigidBodies):
             own = [case[number] for case in loads]
             if len(body) > 1:  # what each of them takes is found
                 own = [self.share_of(number, load) for load in own]
-            answers |= {i: found.of(i, self.punches[i].footprint, own) for i in body}
-        return tuple(answers[i] for i in range(len(self.punches)))
+            answers |= {i: found.of(i, self.members[i].footprint, own) for i in body}
+        return tuple(answers[i] for i in range(len(self.members)))
 
     def share_of(self, number: int, load: Load) -> Share:
         """What its punches take of the load of a body, with a position yet to be found."""
-        first = self.punches[self.bodies[number][0]]
+        first = self.members[self.bodies[number][0]]
         names = tuple(self.names[i] for i in self.bodies[number])
         return Share(settlement=0.0, tilt=(0, 0), body=load, names=names, origin=first.origin)
 
@@ -357,7 +362,7 @@ class RigidPunches(RigidBodies):
 
     def _width(self, body: Sequence[int]) -> float:
         """How wide a body is, about."""
-        return float(np.sqrt(sum(self.punches[i].partition.areas.sum() for i in body)))
+        return float(np.sqrt(sum(self.members[i].partition.areas.sum() for i in body)))
 
     @computed_once
     def _frame(self) -> ndarray | None:
@@ -368,21 +373,21 @@ class RigidPunches(RigidBodies):
     def _origins(self) -> list[ndarray]:
         """Those of the bodies, from the points to which their positions refer."""
         own = zip(self.bodies, self.centres, strict=True)
-        return [self.punches[body[0]].origin - centre for body, centre in own]
+        return [self.members[body[0]].origin - centre for body, centre in own]
 
     def works(self, contact: Contact) -> bool:
         """Not of shaped punches, nor beside a body in the air or on cells in a line, which carry
         no moments."""
         checked_instance("contact", contact, Contact)
         x, settled = self.cells.collocation_points, self.system.planes[::3]
-        flat = all(punch.gap is None for punch in self.punches)
+        flat = all(punch.gap is None for punch in self.members)
         return flat and all(resist(x, contact.touching & (own != 0)) for own in settled)
 
     @computed_once
     def beside_shaped(self) -> tuple[int, ...]:
         """Numbers of bodies that are a flat punch beside shaped ones, without a frame: their
         positions are by work, too, see `Beside`."""
-        flat = [punch.gap is None for punch in self.punches]
+        flat = [punch.gap is None for punch in self.members]
         if all(flat) or self.stiffness is not None:
             return ()
         return tuple(n for n, (i, *more) in enumerate(self.bodies) if flat[i] and not more)
@@ -391,18 +396,18 @@ class RigidPunches(RigidBodies):
         """What work adds to positions of flat bodies among shaped ones, (m,)."""
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
         some = [(self.bodies[n][0], slice(3 * n, 3 * n + 3)) for n in self.beside_shaped]
-        return added_by_work(self.punches, parts, position, some)
+        return added_by_work(self.members, parts, position, some)
 
     def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
         if start is None:
             return None
         checked_instance("start", start, PunchesSolution)
-        if len(start.solutions) != len(self.punches):
+        if len(start.solutions) != len(self.members):
             raise ValueError(
-                f"expected a solution of {len(self.punches)} punches for start, got one of "
+                f"expected a solution of {len(self.members)} punches for start, got one of "
                 f"{len(start.solutions)}"
             )
-        parts = zip(self.punches, start.solutions, strict=True)
+        parts = zip(self.members, start.solutions, strict=True)
         return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
     def over_edge(self, pressure: ndarray) -> "RigidPunches | None":

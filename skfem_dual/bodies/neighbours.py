@@ -186,6 +186,11 @@ def _middle(body: Sequence[Partition]) -> ndarray:
     return centre if off[nearest] <= radius else x[:, nearest]
 
 
+class Numbers(tuple):
+    """Names that follow from how many punches there are, which they do anew where others are
+    given: `dataclasses.replace` hands on what stands in the fields."""
+
+
 def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     """What messages call n punches: names that differ, or their numbers if there are none.
 
@@ -195,7 +200,8 @@ def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
         If these are no names, not as many, or two are the same.
     """
     called = tuple(checked_text("names", name) for name in checked_sequence("names", names))
-    called = called or tuple(map(str, range(n)))
+    if not called or isinstance(names, Numbers):
+        called = Numbers(map(str, range(n)))
     if len(called) != n or len(set(called)) < n:
         raise ValueError(f"expected {n} names that differ, one for each punch, got {called}")
     return called

@@ -65,6 +65,14 @@ class RigidBodies(FromFields, ABC):
         """Where the cells of each punch are among those of all."""
         return slices_of(self.footprints)
 
+    @property
+    def cells_of_bodies(self) -> list[ndarray]:
+        """Numbers of the cells of each body, those of joined punches together."""
+        own: dict[int, list[ndarray]] = {}
+        for part, cells in zip(self.parts, self.slices, strict=True):
+            own.setdefault(part.body, []).append(np.arange(cells.start, cells.stop))
+        return [np.concatenate(cells) for cells in own.values()]
+
     @computed_once
     def sloping(self) -> tuple[SlopeCorrection, ...]:
         """What slopes inside the cells of each punch, smooth ones if they have none of their own,

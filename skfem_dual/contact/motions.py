@@ -256,6 +256,15 @@ class ShearSolution(ReadOnly):
         return "\n".join(["<skfem_dual ShearSolution object>", *lines])
 
 
+def require_grip(touching: ndarray) -> None:
+    """Refuse horizontal loads, with a ValueError, where fewer than two cells touch."""
+    if touching.sum() < 2:
+        raise ValueError(
+            "expected contact on two cells or more for horizontal forces and torsion, got contact "
+            f"on {touching.sum()}. Remedy: a larger vertical force, or smaller cells"
+        )
+
+
 def sliding(
     cells: Footprint, region: ContactRegion, touching: ndarray, load: ndarray, full: Motions
 ) -> ShearSolution:
@@ -269,11 +278,7 @@ def sliding(
     ValueError
         If fewer than two cells touch.
     """
-    if touching.sum() < 2:
-        raise ValueError(
-            "expected contact on two cells or more for horizontal forces and torsion, got contact "
-            f"on {touching.sum()}. Remedy: a larger vertical force, or smaller cells"
-        )
+    require_grip(touching)
     origin = np.array(cells.origin)
     if touching.all():
         return ShearSolution.from_motions(full, full.stiffness, origin, load)

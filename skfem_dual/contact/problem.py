@@ -147,7 +147,7 @@ class Contact(ReadOnly):
         """How pressures end along the line of contact under the only body."""
         return self.lines[0] if self.lines else None
 
-    def under(self, cells: slice, number: int = 0) -> "Contact":
+    def under(self, cells: slice | ndarray, number: int = 0) -> "Contact":
         """The same under one of several bodies, by its cells and its number."""
         pressure, gap, touching = self.pressure[cells], self.gap[cells], self.touching[cells]
         flat = None if self.flat is None or not self.flat[cells].any() else self.flat[cells]
@@ -193,7 +193,7 @@ class Contact(ReadOnly):
         )
 
 
-def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
+def warn_of(contact: Contact, parts: Sequence[slice | ndarray] = (slice(None),)) -> None:
     """Warn the caller of a solver of contact that was not found, or is rough under a body.
 
     ``parts`` are the cells of each body.
@@ -205,6 +205,6 @@ def warn_of(contact: Contact, parts: Sequence[slice] = (slice(None),)) -> None:
         warn(message, ResolutionWarning)
 
 
-def rough_under(contact: Contact, parts: Sequence[slice]) -> list[str]:
+def rough_under(contact: Contact, parts: Sequence[slice | ndarray]) -> list[str]:
     """Warnings of contact on few cells, of the bodies where there are some."""
     return [few for cells in parts if (few := contact.under(cells).rough)]

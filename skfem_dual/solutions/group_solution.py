@@ -146,15 +146,15 @@ def answers_of(
 ) -> tuple[PunchSolution, ...]:
     """Those of each punch, from contact and positions of all."""
     parts = [contact.under(cells, i) for i, cells in enumerate(punches.slices)]
-    others = tuple(map(Pressed.of, punches.punches, parts))
+    others = tuple(map(Pressed.of, punches.members, parts))
     solutions = {}
     together = None
-    if all(punch.gap is None for punch in punches.punches):
+    if all(punch.gap is None for punch in punches.members):
         together = GroupAnswer(punches, loads, contact)
     for number, body in enumerate(punches.bodies):
         moved = position[3 * number : 3 * number + 3]
         for i in body:
-            punch = punches.punches[i]
+            punch = punches.members[i]
             own = moved.copy()
             own[0] += moved[1:] @ (punch.centre - punches.centres[number])
             settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
@@ -172,4 +172,4 @@ def answers_of(
             solutions[i] = PunchSolution.from_contact(
                 punch, load, parts[i], own, punch.timings | timings, around, member
             )
-    return tuple(solutions[i] for i in range(len(punches.punches)))
+    return tuple(solutions[i] for i in range(len(punches.members)))

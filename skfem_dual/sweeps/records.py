@@ -114,7 +114,8 @@ def _shared(problem: Problem) -> dict[str, Any]:
     whole = getattr(problem, "__self__", problem)
     shared = {"problem": whole}
     if isinstance(whole, (RigidPunches, Punches)):
-        shared |= {f"punch {i}": punch for i, punch in enumerate(whole.punches)}
+        punches = whole.members if isinstance(whole, RigidPunches) else whole.punches
+        shared |= {f"punch {i}": punch for i, punch in enumerate(punches)}
     cells = {
         f"cells of {name}": part.footprint
         for name, part in shared.items()
