@@ -244,9 +244,18 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
         ("a.csv", "", "expected corners in .*a.csv, got an empty file"),
         (
             "a.csv",
-            "x,y\n0,0\n1,0\nnorth\n",
-            r"a.csv, line 4: expected x, y or x, y, bulge, got 'north'",
+            "0,0\n1,0\nnorth\n",
+            r"a.csv, line 3: expected x, y or x, y, bulge, got 'north'",
         ),
+        ("a.csv", "x,y\n0,0\n1,0\nnorth\n", "as many cells as headings, 2, in .*, line 4, got 1"),
+        # cells that are lost, or stand under no heading: the others would be taken for them
+        (
+            "a.csv",
+            "x,y\n0,0\n4,0,1\n4,2\n",
+            "headings, 2, in .*a.csv, line 3, got 3.*heading bulge",
+        ),
+        ("a.csv", "no,x,y\n1,0,0\n2,8,0\n3,6\n", "headings, 3, in .*a.csv, line 4, got 2"),
+        ("a.csv", "x,y,bulge,no\n0,0,0,1\n8,0,0,2\n8,6,3\n", "headings, 4, in .*, line 4, got 3"),
         (
             "a.csv",
             "x;y\n0;0\n1,500;0\n2;1\n",
@@ -385,3 +394,9 @@ def test_options_of_drawings_only(tmp_path):
         Plan.read(tmp_path / "a.csv", layer="F")
     with pytest.raises(FileNotFoundError, match="no such file"):
         Plan.read(tmp_path / "none.csv")
+
+
+def test_rows_of_corners_may_end_before_an_empty_bulge(tmp_path):
+    path = tmp_path / "stadium.csv"
+    path.write_text("no,x,y,bulge\n1,0,0\n2,4,0,1\n3,4,2,,\n4,0,2,1,\n")
+    assert Plan.read(path).area == pytest.approx(8 + np.pi)

@@ -60,10 +60,10 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
         elif not line.strip(EMPTY):
             rings.append([])
         else:
-            fields = _fields(line, delimiter)
-            if columns and len(fields) > max(columns):
-                fields = [fields[i] for i in columns]
-            rings[-1].append((f"{path}, line {number}", fields))
+            fields, where = _fields(line, delimiter), f"{path}, line {number}"
+            if columns:
+                fields = _under_heads(fields, heads, columns, where)
+            rings[-1].append((where, fields))
     if delimiter in MARKS:
         try:
             make_numbers([row for ring in rings for row in ring], range(COLUMNS[-1]), delimiter)
@@ -115,6 +115,29 @@ def _columns(fields: list[str]) -> list[int]:
     words = [re.sub(r"[\s\[(].*", "", field.lower()) for field in fields]
     found = {NAMES[word]: i for i, word in reversed(list(enumerate(words))) if word in NAMES}
     return [found[k] for k in sorted(found)] if {0, 1} <= set(found) else []
+
+
+def _under_heads(fields: list[str], heads: list[str], columns: list[int], where: str) -> list[str]:
+    """x, y and bulge of a line, which may end before an empty bulge.
+
+    Raises
+    ------
+    MeshError
+        If it has not as many cells as the header: some would stand under others' headings.
+    """
+    filled = len(fields)
+    while filled > len(heads) and not fields[filled - 1]:
+        filled -= 1
+    bulge = len(heads) - 1 if len(columns) == 3 else None
+    if filled != len(heads) and not (filled == bulge == columns[-1]):
+        remedy = "empty cells where there is nothing"
+        if filled == 3 and len(heads) == 2:
+            remedy = "the heading bulge, if the third number is that of the side that starts there"
+        raise MeshError(
+            f"expected as many cells as headings, {len(heads)}, in {where}, got "
+            f"{filled}: {one_line(str(fields), 60)}. Remedy: {remedy}"
+        )
+    return [fields[i] for i in columns if i < filled]
 
 
 def _units(heads: list[str], columns: list[int]) -> list[str]:
