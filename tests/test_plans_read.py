@@ -400,3 +400,18 @@ def test_rows_of_corners_may_end_before_an_empty_bulge(tmp_path):
     path = tmp_path / "stadium.csv"
     path.write_text("no,x,y,bulge\n1,0,0\n2,4,0,1\n3,4,2,,\n4,0,2,1,\n")
     assert Plan.read(path).area == pytest.approx(8 + np.pi)
+
+
+def test_polylines_that_were_smoothed(tmp_path):
+    """Points of the frame that steers the curve were corners beside those of the curve."""
+    angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    curve, document = np.stack([5 + 4 * np.cos(angle), 5 + 3 * np.sin(angle)]), ezdxf.new("R2000")
+    frame = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]
+    line = document.modelspace().add_polyline2d([*frame, *curve.T.tolist()], close=True)
+    line.dxf.flags |= 4
+    for i, vertex in enumerate(line.vertices):
+        vertex.dxf.flags = 16 if i < len(frame) else 8
+    document.saveas(tmp_path / "smoothed.dxf")
+    x, y = curve
+    area = (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2
+    assert Plan.read(tmp_path / "smoothed.dxf", tol=1e-9).area == pytest.approx(area, rel=1e-9)

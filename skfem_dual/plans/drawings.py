@@ -1,6 +1,7 @@
 """Closed lines of DXF drawings."""
 
 from collections import Counter
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from .tables import Corner
 NEAR = 1e-6
 #: rise of a shape over its extent up to which it lies in the plane, where it is shorter by 1e-9
 TILT = 4.5e-5
+#: flag of vertices of polylines that only steer a curve
+FRAME_POINT = 16
 #: shapes that make rings
 SHAPES = {"LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE"}
 #: what some of them must have
@@ -169,8 +172,10 @@ def _piece(entity: Any, path: Path) -> Shape:
     else:
         if entity.is_poly_face_mesh or entity.is_polygon_mesh:
             raise MeshError(f"expected polylines in the plane, got a mesh in {path}")
-        corners = list(entity.points_in_wcs())
-        bulges = [float(v.dxf.get("bulge", 0.0)) for v in entity.vertices]
+        # smoothed ones keep the points of the frame beside those of the curve
+        own = [not v.dxf.get("flags", 0) & FRAME_POINT for v in entity.vertices]
+        corners = list(compress(entity.points_in_wcs(), own))
+        bulges = [float(v.dxf.get("bulge", 0.0)) for v in compress(entity.vertices, own)]
         closed = bool(entity.is_closed)
     return _plane(corners, kind, path), np.sign(up) * np.array(bulges, dtype=float), closed
 
