@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 from skfem import CellBasis, ElementTriP1, Functional
 
 from skfem_dual import DualMesh, MeshError, Plan
@@ -369,3 +370,30 @@ def test_plans_too_far_away_for_their_size():
         assert plan.area == pytest.approx(2.0, rel=1e-4)
     with pytest.raises(MeshError, match=r"size of 2 at 1e\+15. Remedy: coordinates from a point"):
         Plan.from_polygon([(1e15, 0), (1e15 + 2, 0), (1e15 + 2, 2)])
+
+
+@pytest.mark.parametrize("n", [60, 100, 200])
+@pytest.mark.parametrize("gap", [0.05, 0.01, 0.001, *slow(0.02, 0.003)])
+@pytest.mark.parametrize("name", ["circles", "square", "ringed"])
+def test_parts_close_beside_arcs_do_not_overlap(name, gap, n):
+    """Nodes of arcs lie outside of them for their area: facets are short where others are near."""
+    disc = Plan.circle((0, 0), 1)
+    plan = {
+        "circles": lambda: disc + Plan.circle((2 + gap, 0), 1),
+        "square": lambda: disc + rectangle((1 + gap, -1), (3, 1)),
+        "ringed": lambda: disc + rectangle((-2, -2), (2, 2), Plan.circle((0, 0), 1 + gap)),
+    }[name]()
+    mesh = plan.mesh(n=n)
+    dual = DualMesh.from_mesh(mesh)  # which no place covered twice has
+    assert dual.areas.sum() == pytest.approx(plan.area, rel=1e-12)
+
+
+def test_parts_so_close_that_meshes_overlap_are_told_with_the_place():
+    plan = Plan.circle((0, 0), 1) + Plan.circle((2 + 1e-5, 0), 1)
+    with pytest.raises(MeshError, match=r"overlap near \(0.99.*choose a smaller size or more"):
+        plan.mesh(n=60)
+
+
+def rectangle(low, high, *holes):
+    (a, b), (c, d) = low, high
+    return Plan.from_polygon([(a, b), (c, b), (c, d), (a, d)], list(holes))

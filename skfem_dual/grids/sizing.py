@@ -203,7 +203,7 @@ def _points(
     if nboundary is None and (short := ShortFacets.of(boundary, edge)) is not None:
         edge = ratio * size
         boundary = [c.points(k, partial(short.width, most=edge)) for c, k in zip(curves, counts)]
-        counts = np.array([x.shape[1] for x in boundary])
+    counts = np.array([x.shape[1] for x in boundary])  # more where a curve asks for more
     boundary[1:] = [q[:, ::-1] for q in boundary[1:]]
 
     def depth(x: ndarray) -> ndarray:

@@ -1,5 +1,7 @@
 """Triangulations of plans, and their refinement along true arcs."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
@@ -8,7 +10,10 @@ from skfem import MeshTri
 from ..arguments import checked_indices, checked_integer
 from ..errors import MeshError
 from ..grids.checks import check_type
+from ..grids.curves import Curve, Width
+from ..grids.planar import covered_twice, directed_sides
 from ..grids.preprocess import repair
+from ..grids.short_facets import SHORT
 from ..grids.sizing import MOST, generated
 from ..messages import place
 from .rings import Ring
@@ -19,6 +24,10 @@ Part = tuple[Ring, tuple[Ring, ...]]
 OFF = 0.4
 #: shares of a side up to which a node is in its end
 END = 1e-6
+#: part of a gap that facets of an arc beside it may take
+SHARE = 1 / 3
+#: points of a ring looked at for that, and how far off an arc they lie, over its radius
+SAMPLES, ON = 400, 0.1
 
 
 def mesh_of(
@@ -38,11 +47,62 @@ def mesh_of(
         sizes: list[float | None] = [min(size, extent / 2) for extent in extents]
     else:
         sizes = [size] * len(parts)
-    meshes = [
-        generated([outline, *holes], h, k, graded)
-        for (outline, holes), h, k in zip(parts, sizes, counts)
-    ]
+    rings = [[outline, *holes] for outline, holes in parts]
+    meshes = []
+    for own, h, k in zip(rings, sizes, counts):
+        others = tuple(ring for part in rings if part is not own for ring in part)
+        curves: list[Curve] = [_Beside(ring, others) if others else ring for ring in own]
+        meshes.append(generated(curves, h, k, graded))
     return _together(meshes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """A ring beside those of other parts: where an arc is near one its facets are so short that
+    they, and nodes that lie outside of it for its area, stay apart from the others."""
+
+    ring: Ring
+    others: tuple[Ring, ...]
+
+    @property
+    def length(self) -> float:
+        return self.ring.length
+
+    @property
+    def least(self) -> int:
+        return self.ring.least
+
+    @property
+    def box(self) -> ndarray:
+        return self.ring.box
+
+    def depth(self, x: ndarray) -> ndarray:
+        return self.ring.depth(x)
+
+    def points(self, k: int, width: Width | None = None) -> ndarray:
+        usual = self.length / k
+        least = self._room(self.ring.points(max(k, SAMPLES))).min()
+        if least >= usual:
+            return self.ring.points(k, width)
+        # so short that triangles grow from them, see `ShortFacets`
+        shorter = min(1.0, 0.7 * SHORT * usual / least)
+
+        def limited(x: ndarray) -> ndarray:
+            found = np.full(x.shape[1], usual) if width is None else width(x)
+            return np.minimum(found, shorter * self._room(x))
+
+        return self.ring.points(k, limited)
+
+    def _room(self, x: ndarray) -> ndarray:
+        """The longest facets in points of the ring, infinite on straight sides."""
+        gap = np.min([ring.sides.distance(x) for ring in self.others], axis=0)
+        sides, radius = self.ring.sides, np.full(x.shape[1], np.inf)
+        for i in np.nonzero(sides.curved)[0]:
+            off = np.abs(np.hypot(*(x - sides.centre[:, i : i + 1])) - sides.radius[i])
+            near = off <= ON * sides.radius[i]
+            radius[near] = np.minimum(radius[near], sides.radius[i])
+        # an arc is as far from its chord as the square of this over eight radii
+        return np.sqrt(8 * SHARE * gap * radius)
 
 
 def _together(meshes: list[MeshTri]) -> MeshTri:
@@ -66,6 +126,14 @@ def _together(meshes: list[MeshTri]) -> MeshTri:
                 holes.append(found)
     names = ["hole"] if len(holes) == 1 else [f"hole{i}" for i in range(len(holes))]
     tags = {"edge": edge} | dict(zip(names, holes))
+    boundary = mesh.boundary_facets()
+    if len(twice := covered_twice(mesh.p, *directed_sides(mesh, boundary))):
+        x = mesh.p[:, mesh.facets[:, boundary[twice[0]]]].mean(axis=1)
+        raise MeshError(
+            f"expected parts as far apart as facets of this size are from their arcs, got some "
+            f"that overlap near {place(x)}. Remedy: choose a smaller size or more nodes, or move "
+            "them apart"
+        )
     return mesh.with_boundaries({name: np.sort(f) for name, f in tags.items()})
 
 
