@@ -211,3 +211,23 @@ def test_contact_of_few_cells_is_found_by_the_active_set():
     assert found.success
     assert found.force == pytest.approx(force, rel=1e-12)
     assert found.centre_of_pressure == pytest.approx(at, rel=1e-9)
+
+
+@pytest.mark.parametrize("side", [1.0, 0.1])
+def test_fine_grids_at_site_coordinates(side):
+    """Rounding of coordinates is a part of the tolerance: such grids were refused."""
+    settled = []
+    for x, y in ((0.0, 0.0), (5e5, 5.4e6)):
+        s = np.linspace(0, side, 33)
+        basis = CellBasis(MeshQuad.init_tensor(x + s, y + s), ElementQuad0())
+        middle = np.array([[x + side / 2], [y + side / 2]])
+        punch = RigidPunch(
+            HalfSpace(1.0, 0.3),
+            basis,
+            gap=lambda x, middle=middle: ((x - middle) ** 2).sum(axis=0) / side,
+        )
+        assert punch.operator.method == "toeplitz"
+        settled.append(punch.solve(0.02 * side**2, tilt=(0, 0)).settlement)
+        cells = s[1] - s[0]
+        assert punch.operator.rtol == pytest.approx(max(1e-10, 1.8e-15 * y / cells), rel=0.1)
+    assert settled[1] == pytest.approx(settled[0], rel=1e-7)

@@ -15,6 +15,8 @@ from .polygons import Polygons, readonly
 OFF = 1e-10
 #: places of the grid for each cell, at most: with more of them empty it is of no use
 PLACES = 8
+#: rounding of coordinates over the sides beyond which there is no grid to speak of
+BLURRED = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,8 @@ class Lattice(ReadOnly):
         Sides of a cell, (dx, dy).
     places : (n,) array of int
         Place of each cell: ``i * ny + j`` if it is the i-th along x and the j-th along y.
+    blur : float
+        How far rounding of coordinates may move vertices off their places, over a side.
 
     Examples
     --------
@@ -42,6 +46,7 @@ class Lattice(ReadOnly):
     shape: tuple[int, int]
     spacing: tuple[float, float]
     places: ndarray
+    blur: float
 
     def __len__(self) -> int:
         return len(self.places)
@@ -51,7 +56,8 @@ class Lattice(ReadOnly):
         """The lattice of some cells; None if they have none.
 
         Rectangles along the axes, all of one size, each in a place of its own, some places may
-        be empty. Vertices may be off by 1e-10 of the sides, and by rounding far from the origin.
+        be empty. Vertices may be off by 1e-10 of the sides, and by rounding far from the origin,
+        as long as that is less than 1e-5 of a side.
         """
         n = len(polygons)
         if n == 0 or not (polygons.sizes == 4).all():
@@ -67,8 +73,9 @@ class Lattice(ReadOnly):
         middle = (low + high) / 2
         first = middle.min(axis=1, keepdims=True)
         step = sides.mean(axis=1, keepdims=True)
-        off = OFF * step + 8 * np.finfo(float).eps * np.abs(corners).max()
-        if (np.abs(sides - step) > off).any() or (off > 0.01 * step).any():
+        rounding = 8 * np.finfo(float).eps * np.abs(corners).max()
+        off = OFF * step + rounding
+        if (np.abs(sides - step) > off).any() or (rounding > BLURRED * step).any():
             return None
         at = np.rint((middle - first) / step)
         most = at.max(axis=1, keepdims=True)
@@ -86,7 +93,8 @@ class Lattice(ReadOnly):
         whole = np.abs(areas - step.prod()) <= 4 * (off * step[::-1]).sum()
         if not whole.all() or np.bincount(places).max() > 1:
             return None
-        return cls((nx, ny), (float(step[0, 0]), float(step[1, 0])), readonly(places))
+        spacing = float(step[0, 0]), float(step[1, 0])
+        return cls((nx, ny), spacing, readonly(places), float(rounding / min(spacing)))
 
     @property
     def full(self) -> bool:

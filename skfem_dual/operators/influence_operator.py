@@ -7,7 +7,7 @@ stands for it is made to a tolerance and checked on exact rows.
 from collections.abc import Callable
 from math import prod
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy import ndarray
@@ -168,7 +168,9 @@ class InfluenceOperator(LinearOperator):
         known = None if like is None else self._expansions(like)
         asked = method, m, n, float(rtol), layered, places
         self.method, self.estimate = choose(*asked, known is not None)
-        self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
+        self.rtol = float(rtol)
+        if self.method == "toeplitz":
+            self.rtol = max(min(self.rtol, ROUNDING), cast(Lattice, lattice).blur)
         start = perf_counter()
         single = self.method == "fast" and rtol >= SINGLE
         self._entries = Entries(substrate, partition, x, weights, slopes, single)

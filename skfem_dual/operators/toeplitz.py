@@ -250,7 +250,7 @@ def require_period(ground: PeriodicGround, lattice: Lattice | None) -> None:
             "MeshQuad over a period"
         )
     sides, places = np.array(lattice.shape) * lattice.spacing, int(np.prod(lattice.shape))
-    if len(lattice) < places or not np.allclose(sides, ground.period, 1e-9, 0):
+    if len(lattice) < places or not np.allclose(sides, ground.period, 1e-9 + lattice.blur, 0):
         raise ValueError(
             # as many digits as are compared
             "expected cells that cover the period {:.10g} x {:.10g} of the ground, got {} of {} "
