@@ -20,6 +20,7 @@ OPTIONS = (
     (r"; or pressure_field with a larger refine, nodal_pressure with conserve=False", ""),
     (r", or tol= greater than it, now \S+", ""),
     (r"\. Remedy: stiffness\(full=True\) for a base without weight", ""),
+    (r"\. Remedy: go on from this solution, start=", ""),
     (r"\. Remedy: quads=\"keep\"", ""),
     (r"\. Remedy: solve the group on dual\.basis\(\) and on .*, and compare", ""),
     (

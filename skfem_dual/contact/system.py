@@ -381,7 +381,8 @@ class ContactSystem:
         with nullcontext() if self._dense else limited_threads(1, "blas"):
             found = conjugate_gradients(problem, start, gap_rtol, most, bars_shown())
         if not found.success and isinstance(self.matrix, YieldingOperator):
-            found = replace(found, message=f"{found.message}; {TOO_SOFT}")
+            reason = found.message.split(". Remedy")[0]  # there is another one
+            found = replace(found, message=f"{reason}; {TOO_SOFT}")
         return found
 
     def scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:

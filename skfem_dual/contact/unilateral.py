@@ -243,7 +243,10 @@ def conjugate_gradients(
     settlement = forces.settlement(force)
     before: Step | None = None
     history: list[float] = []
-    message = f"no convergence in {most} iterations of the conjugate gradients"
+    message = (
+        f"no convergence in {most} iterations of the conjugate gradients. Remedy: go on from this "
+        "solution, start="
+    )
     with tqdm(total=None, desc="contact", unit="it", disable=not progress) as bar:
         for _ in range(most):
             contact = force > 0
