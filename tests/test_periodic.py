@@ -9,7 +9,7 @@ import pickle
 
 import numpy as np
 import pytest
-from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP0, Functional, MeshQuad, MeshTri
 
 from skfem_dual import (
     ElasticPunch,
@@ -18,6 +18,7 @@ from skfem_dual import (
     InfluenceOperator,
     Layer,
     LayeredHalfSpace,
+    MeasuredProfile,
     PeriodicGround,
     RigidPunch,
     RigidPunches,
@@ -256,3 +257,29 @@ GAP = {"gap": lambda x: x[0]}
 def test_what_a_period_does_not_allow(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_fields_do_not_depend_on_where_the_period_is_cut():
+    """The fit and the distance to the edge of contact go on beyond the cut: 31 % off before."""
+    n = 24
+    side = np.linspace(0, 1, n + 1)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    ground = PeriodicGround(HalfSpace(1.0, 0.0), (1.0, 1.0))
+    rng, k = np.random.default_rng(0), np.hypot(*np.meshgrid(*[np.fft.fftfreq(n, 1 / n)] * 2))
+    rough = np.where((k >= 1) & (k < 6), np.maximum(k, 1) ** -1.8, 0.0)
+    heights = np.fft.ifft2(rough * np.exp(2j * np.pi * rng.random(k.shape))).real
+    heights *= 0.01 / heights.std()
+    fields = []
+    for i, j in ((0, 0), (12, 0), (7, 9)):
+        rolled = MeasuredProfile.from_heights(np.roll(heights, (i, j), (0, 1)), 1 / n)
+        solution = RigidPunch(ground, cells, gap=rolled).solve(force=0.01)
+        basis, values = solution.pressure_field(1)
+        assert basis.mesh.p.min() == pytest.approx(0.0, abs=1e-12)
+        force = Functional(lambda w: w.p).assemble(basis, p=basis.interpolate(values))
+        assert force == pytest.approx(0.01, rel=1e-12)
+        x = np.rint(12 * n * basis.doflocs).astype(int)
+        moved = (x - 12 * np.array([[i], [j]])) % (12 * n)
+        own = (x < 12 * n).all(axis=0)  # once of what is twice
+        fields.append(values[own][np.lexsort(moved[:, own])])
+    for field in fields[1:]:
+        assert field == pytest.approx(fields[0], abs=0.01 * fields[0].max())

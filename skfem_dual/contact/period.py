@@ -37,17 +37,37 @@ class PeriodTriangles(PlanTriangles):
     @computed_once
     def _beyond(self) -> tuple[PlanTriangles, ndarray]:
         """Triangles of the cells and those around the period, and which cell each of them is."""
-        lines = [
-            low + step * np.arange(-BEYOND, n + BEYOND + 1)
-            for low, step, n in zip(self._low, self.lattice.spacing, self.lattice.shape)
-        ]
-        mesh = MeshQuad.init_tensor(*lines)
-        wide = PlanTriangles.of(Partition.from_mesh(mesh), mesh)
+        wide = PlanTriangles.of(Partition.from_mesh(self._mesh), self._mesh)
         (nx, ny), middles = self.lattice.shape, wide.partition.centroids
         i, j = np.floor((middles - self._low[:, None]) / self._step).astype(int)
         at = np.empty(nx * ny, dtype=int)
         at[self.lattice.places] = np.arange(nx * ny)
         return wide, at[(i % nx) * ny + j % ny]
+
+    @computed_once
+    def _mesh(self) -> MeshQuad:
+        """The cells of the period and those around it."""
+        lines = [
+            low + step * np.arange(-BEYOND, n + BEYOND + 1)
+            for low, step, n in zip(self._low, self.lattice.spacing, self.lattice.shape)
+        ]
+        return MeshQuad.init_tensor(*lines)
+
+    def around(self, region: ContactRegion) -> tuple[ContactRegion, MeshQuad, ndarray]:
+        """A region of the period on the cells beyond its edge as well, the mesh of these, and
+        which cell of the period each of them is."""
+        wide, cell = self._beyond
+
+        def inside(x: ndarray) -> ndarray:
+            sixths = np.rint(6 * (x - self._low[:, None]) / self._step).astype(int)
+            sixths %= 6 * np.array(self.lattice.shape)[:, None]
+            return self._low[:, None] + sixths * self._step / 6
+
+        level = readonly(region.level[self._found(self.p, inside(wide.p))])
+        middles = (each.p[:, each.t].mean(axis=1) for each in (self, wide))
+        triangles = self._found(next(middles), inside(next(middles)))
+        holes = readonly(np.broadcast_to(region.holes, region.t.shape[1])[triangles])
+        return replace(region, p=wide.p, t=wide.t, level=level, holes=holes), self._mesh, cell
 
     @computed_once
     def _low(self) -> ndarray:

@@ -8,24 +8,28 @@ where its load acts, and between the cells s is a polynomial fitted to those aro
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
-from skfem import CellBasis, ElementTriP1, ElementTriP2, MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP1, ElementTriP2, MeshTri
 
 from ..arguments import checked_integer
-from ..elements.balance import balanced
+from ..contact.period import PeriodTriangles
+from ..elements.balance import balanced, field_resultant
 from ..elements.edge_weights import mean_weight
 from ..elements.graded_rule import graded
-from ..errors import MeshError
+from ..errors import ConvergenceError, MeshError
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
 from ..grids.outline import distance_to_segments
+from ..grids.partition import Partition
 from ..grids.planar import cross
 from ..grids.refinement import Refinement
+from ..ground.periodic import PeriodicGround
 from ..solutions.pressures import CellPressures, checked_solution
 from .postprocess import postprocess
 from .regular import torsion
@@ -66,7 +70,8 @@ def pressure_field(
     basis : CellBasis
         ElementTriP1 on the refinement; quadrilaterals are cut around their middles before.
     values : (N,) array of float
-        Its vector, with force and first moments of the solution to rounding. Nodes on a singular
+        Its vector, with force and first moments of the solution to rounding, on ground with a
+        period, where moments depend on where it is cut, with its force. Nodes on a singular
         edge have the finite values with which the triangles there carry their load.
 
     Raises
@@ -91,15 +96,57 @@ def pressure_field(
     checked_solution("solution", solution)
     if other is not None:
         checked_solution("other", other)
-    laws = EdgeLaws.of(solution, checked_integer("refine", refine, at_least=0, at_most=6))
-    pressure, loads = _smoothed(solution, other), laws.of_cells(solution.punch.footprint)
+    refine = checked_integer("refine", refine, at_least=0, at_most=6)
+    pressure = _smoothed(solution, other)
+    if isinstance(solution.footprint.substrate, PeriodicGround):
+        return _on_period(solution, pressure, refine)
+    basis, values = _unbalanced(solution, pressure, refine)
+    return basis, balanced(basis, values, solution.resultant, solution.footprint.origin)
+
+
+def _unbalanced(solution: Any, pressure: ndarray, refine: int) -> tuple[CellBasis, ndarray]:
+    """The field with the resultant that it happens to have."""
+    laws = EdgeLaws.of(solution, refine)
+    loads = laws.of_cells(solution.punch.footprint)
     values = laws.at_nodes * laws.between(_fitted(solution, laws, pressure, loads))
     if (solution.pressure >= 0).all():
         values = values.clip(0.0)
     if laws.depth is not None:
         values = np.minimum(values, _most(solution, laws, pressure, loads))
-    basis = CellBasis(laws.refined.mesh, ElementTriP1())
-    return basis, balanced(basis, values, solution.resultant, solution.footprint.origin)
+    return CellBasis(laws.refined.mesh, ElementTriP1()), values
+
+
+def _on_period(
+    solution: CellPressures, pressure: ndarray, refine: int
+) -> tuple[CellBasis, ndarray]:
+    """The field on a period, by the cells around it too, with its force."""
+    triangles = cast(PeriodTriangles, solution.punch.footprint.triangles)
+    region, mesh, cell = triangles.around(solution.contact_region)
+    basis = CellBasis(mesh, ElementQuad0())
+    cells = SimpleNamespace(
+        weights=None, partition=Partition.from_mesh(mesh), fan=Fan.from_basis(basis), basis=basis
+    )
+    wide = SimpleNamespace(
+        contact_region=region,
+        punch=SimpleNamespace(footprint=cells),
+        footprint=cells,
+        pressure=solution.pressure[cell],
+    )
+    found, values = _unbalanced(wide, pressure[cell], refine)
+    x = found.mesh.p[:, found.mesh.t].mean(axis=1)
+    own = np.abs(x - triangles.p.mean(axis=1)[:, None])
+    half = np.ptp(triangles.p, axis=1)[:, None] / 2
+    elements = np.nonzero((own < half).all(axis=0))[0]
+    nodes = np.unique(found.mesh.t[:, elements])
+    basis = CellBasis(found.mesh.restrict(elements), ElementTriP1())
+    values = values[nodes]
+    carried, force = field_resultant(basis, values)[0], float(solution.resultant[0])
+    if carried <= 0 < force:
+        raise ConvergenceError(
+            "too few nodes have pressures that could carry the force. Remedy: smaller cells, or "
+            "a larger refine"
+        )
+    return basis, values * (force / carried if carried > 0 else 0.0)
 
 
 def _smoothed(solution: Any, other: Any) -> ndarray:
