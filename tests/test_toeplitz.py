@@ -231,3 +231,19 @@ def test_fine_grids_at_site_coordinates(side):
         cells = s[1] - s[0]
         assert punch.operator.rtol == pytest.approx(max(1e-10, 1.8e-15 * y / cells), rel=0.1)
     assert settled[1] == pytest.approx(settled[0], rel=1e-7)
+
+
+def test_what_memory_does_not_hold_is_refused_before_the_work(monkeypatch):
+    side = np.linspace(-1, 1, 71)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    punch = RigidPunch(HalfSpace(1.0, 0.25), cells, gap=Paraboloid(1.0))
+    solution = punch.solve(0.1)
+    monkeypatch.setattr("skfem_dual.operators.resources.available_memory", lambda: 100e6)
+    for call in (
+        lambda: punch.matrix,
+        lambda: punch.operator.to_dense(),
+        lambda: solution.pressure_field(),
+    ):
+        with pytest.raises(MemoryError, match=r"expected at most 95.37 MiB.*Remedy: "):
+            call()
+    assert solution.pressure_field(refine=0)[1].max() > 0

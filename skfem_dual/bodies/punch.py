@@ -26,6 +26,7 @@ from ..kernels.once import computed_once
 from ..kernels.progress import progress_bars, timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
+from ..operators.resources import require_matrix
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.symmetry import Symmetry
 from ..solutions.cases_solution import CasesSolution
@@ -160,7 +161,14 @@ class RigidPunch(Movable, RigidBodies):
 
     @computed_once
     def matrix(self) -> ndarray:
-        """Settlement of each collocation point under unit pressure on each cell, d_ij of (5)."""
+        """Settlement of each collocation point under unit pressure on each cell, d_ij of (5).
+
+        Raises
+        ------
+        MemoryError
+            Before the work, if the memory at hand will not hold it.
+        """
+        require_matrix(len(self.partition), len(self.partition))
         with timed(self.timings, "assembly"):
             return self.footprint.in_points.matrix()
 

@@ -35,7 +35,7 @@ from ..messages import shown
 from .attempts import product, within
 from .entries import EXACT, Entries
 from .fmm.summation import SINGLE, FastSummation
-from .resources import choose
+from .resources import choose, require_matrix
 from .toeplitz import BlockToeplitz, require_period
 
 Method = Literal["auto", "dense", "fast", "toeplitz"]
@@ -262,9 +262,16 @@ class InfluenceOperator(LinearOperator):
         return (self.toeplitz or self._entries).diagonal()
 
     def to_dense(self) -> ndarray:
-        """The matrix, read-only; made by a dense operator of the same tolerance if need be."""
+        """The matrix, read-only; made by a dense operator of the same tolerance if need be.
+
+        Raises
+        ------
+        MemoryError
+            Before the work, if the memory at hand will not hold it.
+        """
         if isinstance(self._kept, ndarray):
             return self._kept
+        require_matrix(*self.shape)
         if isinstance(self._kept, BlockToeplitz):
             matrix = self._kept.to_dense()
             matrix.setflags(write=False)

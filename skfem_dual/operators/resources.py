@@ -17,6 +17,8 @@ PRODUCTS = 20
 BEFORE, AFTER = 415.0, 270.0
 #: remedy where fewer of the cells would fit
 FEWER = "at most {most} cells, or a machine with more memory"
+#: bytes of matrices that are made without asking
+LARGE = 2.0**27
 #: what the cells on the edge of a plan take besides, over the root of the number of all
 EDGE = 2.9e5
 
@@ -123,6 +125,13 @@ def choose(
     coarser = "a coarser mesh, or a machine with more memory"
     refuse_beyond_memory(chosen.memory, what, faster if method == "dense" else coarser)
     return method, chosen
+
+
+def require_matrix(rows: int, columns: int) -> None:
+    """Refuse, with a MemoryError, a large matrix that the memory at hand will not hold."""
+    if (needed := 8.0 * rows * columns) > LARGE:
+        remedy = "the operator, which multiplies without it, or fewer cells"
+        refuse_beyond_memory(needed, f"a matrix of {rows} by {columns} takes", remedy)
 
 
 def refuse_beyond_memory(needed: float, what: str, remedy: str, cells: int = 0) -> None:

@@ -30,6 +30,7 @@ from ..grids.partition import Partition
 from ..grids.planar import cross
 from ..grids.refinement import Refinement
 from ..ground.periodic import PeriodicGround
+from ..operators.resources import refuse_beyond_memory
 from ..solutions.pressures import CellPressures, checked_solution
 from .postprocess import postprocess
 from .regular import torsion
@@ -48,6 +49,8 @@ ROUNDING = 1e-8
 RIDGE = 1e-5
 #: pressures over those of cells around where contact ends: as under a ball that touches one cell
 MOST = 1.5
+#: bytes that a triangle takes, and each of those it is cut into
+OF_TRIANGLE, OF_SMALL = 3500.0, 550.0
 
 
 def pressure_field(
@@ -82,6 +85,8 @@ def pressure_field(
         If a part of the plan with a singular edge is one triangle.
     ConvergenceError
         If contact on a few cells leaves too few nodes to carry force and moments.
+    MemoryError
+        Before the work, if the memory at hand will not do.
 
     Examples
     --------
@@ -106,6 +111,12 @@ def pressure_field(
 
 def _unbalanced(solution: Any, pressure: ndarray, refine: int) -> tuple[CellBasis, ndarray]:
     """The field with the resultant that it happens to have."""
+    triangles = solution.contact_region.t.shape[1]
+    refuse_beyond_memory(
+        triangles * (OF_TRIANGLE + OF_SMALL * 4.0**refine),
+        f"a field on {triangles} triangles that are cut in four {refine} times takes",
+        "a smaller refine",
+    )
     laws = EdgeLaws.of(solution, refine)
     loads = laws.of_cells(solution.punch.footprint)
     values = laws.at_nodes * laws.between(_fitted(solution, laws, pressure, loads))
