@@ -80,3 +80,17 @@ def renumbered(mesh, seed):
     p[:, number] = mesh.p
     t = rng.permuted(number[mesh.t[:, order]], axis=0)
     return MeshTri(p, np.ascontiguousarray(t))
+
+
+def two_holes():
+    """A rectangle with two holes."""
+    m = MeshTri.init_tensor(np.arange(8.0), np.arange(5.0))
+    x, y = m.p[:, m.t].mean(axis=1)
+    hole = (abs(x - 2.5) < 0.5) | (abs(x - 5) < 1)
+    return m.remove_elements(np.nonzero(hole & (abs(y - 2) < 1))[0])
+
+
+def two_parts(away):
+    """Two squares, the second one moved by ``away`` along both axes."""
+    m = rectangle(4)
+    return MeshTri(np.hstack([m.p, m.p + away]), np.hstack([m.t, m.t + m.p.shape[1]]).copy())

@@ -62,11 +62,7 @@ def random_plan(rng, kind):
         return placed([(0, 0), (a, 0, 1.0), (a, b), (0, b, 1.0)])
     one = [(0, 0), (v * a, 0), (v * a, b), (0, b)]
     other = [(x + (1.15 + u) * v * a, y * 0.8) for x, y in one]
-    return placed(one) + _like(placed, one, other)
-
-
-def _like(placed, one, other):
-    return placed(other)
+    return placed(one) + placed(other)
 
 
 def random_ground(rng, size):

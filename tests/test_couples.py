@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from plans import annulus, disc, perturbed, polar, rectangle
+from plans import annulus, disc, perturbed, polar, rectangle, two_holes, two_parts
 from scipy.spatial import Voronoi
 from skfem import MeshTri
 
@@ -29,18 +29,6 @@ def lattice(n, jitter=0.0, seed=0):
     return p + inner * np.random.default_rng(seed).uniform(-jitter, jitter, p.shape)
 
 
-def two_holes():
-    m = MeshTri.init_tensor(np.arange(8.0), np.arange(5.0))
-    x, y = m.p[:, m.t].mean(axis=1)
-    hole = (abs(x - 2.5) < 0.5) | (abs(x - 5) < 1)
-    return m.remove_elements(np.nonzero(hole & (abs(y - 2) < 1))[0])
-
-
-def two_parts():
-    m = rectangle(4)
-    return MeshTri(np.hstack([m.p, m.p + 2.3]), np.hstack([m.t, m.t + m.p.shape[1]]).copy())
-
-
 PLANS = {
     "one triangle": MeshTri.init_refdom(),
     "square": rectangle(6),
@@ -49,7 +37,7 @@ PLANS = {
     "re-entrant": MeshTri.init_lshaped().refined(2),
     "annulus": annulus(3, 24),
     "two holes": two_holes(),
-    "two parts": two_parts(),
+    "two parts": two_parts(2.3),
     "adaptive": MeshTri().refined(2).refined(np.array([3, 4, 11])),
 }
 COUPLES = {

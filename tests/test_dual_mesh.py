@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from plans import annulus, disc, perturbed, rectangle
+from plans import annulus, disc, perturbed, rectangle, two_holes, two_parts
 from skfem import MeshTri
 from skfem.generic_utils import OrientedBoundary
 
@@ -16,20 +16,6 @@ from skfem_dual.io import read_mesh
 DATA = Path(__file__).parent / "data"
 
 
-def two_parts():
-    m = rectangle(4)
-    return MeshTri(
-        np.hstack([m.p, m.p + 5.0]), np.ascontiguousarray(np.hstack([m.t, m.t + m.p.shape[1]]))
-    )
-
-
-def two_holes():
-    m = MeshTri.init_tensor(np.arange(8.0), np.arange(5.0))
-    x, y = m.p[:, m.t].mean(axis=1)
-    hole = (abs(x - 2.5) < 0.5) | (abs(x - 5) < 1)
-    return m.remove_elements(np.nonzero(hole & (abs(y - 2) < 1))[0])
-
-
 MESHES = {
     "one triangle": lambda: (MeshTri.init_refdom(), 1, 0),
     "square": lambda: (rectangle(6), 1, 0),
@@ -37,7 +23,7 @@ MESHES = {
     "random": lambda: (perturbed(rectangle(8), 0.03), 1, 0),
     "re-entrant": lambda: (MeshTri.init_lshaped().refined(2), 1, 0),
     "annulus": lambda: (annulus(3, 24), 1, 1),
-    "two parts": lambda: (two_parts(), 2, 0),
+    "two parts": lambda: (two_parts(5.0), 2, 0),
     "two holes": lambda: (two_holes(), 1, 2),
     "adaptive": lambda: (MeshTri().refined(2).refined(np.array([3, 4, 11])), 1, 0),
     "Gmsh disc": lambda: (read_mesh(DATA / "disc.msh"), 1, 0),

@@ -25,7 +25,7 @@ from skfem_dual import (
     stress_below,
 )
 from skfem_dual.grids.generate import annulus
-from skfem_dual.report import figures, report_html, write_report
+from skfem_dual.report import report_html, write_report
 from skfem_dual.report.bodies import between, bodies_of
 from skfem_dual.report.data import SCHEMA, plain, report_data, substrate_data
 from skfem_dual.report.details import Details
@@ -33,13 +33,6 @@ from skfem_dual.report.numbers import outline_corners
 
 SOIL = HalfSpace(30e3, 0.3)
 SAID = {"units": "kN,m", "allowable": 250.0, "title": "Pier 3", "author": "A. Engineer"}
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    picture = figures.Picture("data:image/png;base64,", 100)
-    monkeypatch.setattr(figures, "_embedded", lambda *a, **k: picture)
-    monkeypatch.setattr("skfem_dual.report.depth.profile_picture", lambda *a: picture)
 
 
 @pytest.fixture(scope="module")
