@@ -9,6 +9,7 @@ from html import unescape
 import numpy as np
 import pytest
 from plans import disc, rectangle
+from scipy.spatial import ConvexHull
 from test_report import L_SHAPE, Page
 
 from skfem_dual import (
@@ -307,3 +308,80 @@ def test_wrong_details(cases):
         report_html({})
     with pytest.raises(TypeError, match="footing 'left'"):
         report_html({"left": 3})
+
+
+def within(polygon, centre, point):
+    """Distance of a point from the centre over that of the polygon's edge behind it."""
+    a, b = np.array(polygon), np.roll(np.array(polygon), -1, axis=0)
+    normal = np.stack([(b - a)[:, 1], -(b - a)[:, 0]])
+    normal *= np.sign(np.sum(normal * (a - centre).T, axis=0))
+    return np.max((point - centre) @ normal / np.sum(normal * (a - centre).T, axis=0))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_data_tells_what_was_solved():
+    """All fields of a footing and its cases, by public attributes and by hand."""
+    punch = RigidPunch(SOIL, L_SHAPE.basis(), origin=(-0.3, -0.2))
+    load = {"force": 380.0, "at": (0.02, 0.05), "moments": (-30.0, 20.0)}
+    pushed = {"horizontal": (12.0, -7.0), "torsion": 3.0}
+    cases = punch.solve_many({"pushed": load | pushed, "dead": {"force": 100.0}})
+    said = {"project": "Bridge", "mesh_name": "L.msh", "remarks": ["a remark"]}
+    data = json.loads(json.dumps(report_data(bodies_of(cases, Details(**SAID, **said)))))
+    assert [data[k] for k in ("title", "project", "author", "mesh", "remarks")] == [
+        "Pier 3", "Bridge", "A. Engineer", "L.msh", ["a remark"],
+    ]  # fmt: skip
+    (footing,), cells = data["footings"], punch.partition
+    p = cells.polygons.p
+    exact = {
+        "name": "", "cells": len(cells), "edge": "singular", "collocation": "centroid",
+        "shape": "flat", "origin": [-0.3, -0.2], "accuracy": None,
+        "extent": [p.min(axis=1).tolist(), p.max(axis=1).tolist()],
+    }  # fmt: skip
+    assert {k: footing[k] for k in exact} == exact
+    assert footing["area"] == pytest.approx(cells.areas.sum())
+    centre = cells.centroids @ cells.areas / cells.areas.sum()
+    assert footing["centroid"] == pytest.approx(centre)
+    assert np.array(footing["kern"]) == pytest.approx(punch.kern().T + punch.origin)
+    assert footing["circle_radius"] == pytest.approx(cases.circles.radius)
+    assert {"grid", "points", "envelope", "error", "stress_profile", "cases"} == (
+        set(footing) - set(exact) - {"area", "centroid", "kern", "circle_radius"}
+    )
+    case, s = footing["cases"][0], cases["pushed"]
+    hull = p[:, ConvexHull(p.T).vertices]
+    point = np.array([-0.3, -0.2]) + s.resultant[1:] / s.force
+    mean, largest = s.force / s.contact_area, bearing_pressure(s)
+    equations = ConvexHull(hull.T).equations
+    expected = {
+        "name": "pushed", "success": True, "message": s.message, "iterations": s.iterations,
+        "load": {
+            "force": 380.0, "at": [0.02, 0.05], "moments": [20.0, 30.0], "settlement": None,
+            "tilt": None, "horizontal": [12.0, -7.0], "torsion": 3.0,
+        },
+        "seconds": s.timings,
+    }  # fmt: skip
+    numbers = {
+        "force": s.force, "point": point, "first_moments": s.resultant[1:],
+        "settlement": s.settlement, "tilt": s.tilt,
+        "largest_settlement": s.punch_displacement(hull).max(),
+        "settlements": s.punch_displacement([[q[k] for q in footing["points"]] for k in "xy"]),
+        "contact_area": s.contact_area, "contact_share": s.contact_area / cells.areas.sum(),
+        "pressure": {
+            "mean": mean, "largest": largest,
+            "min_of_cells": s.pressure.min(), "max_of_cells": s.pressure.max(),
+        },
+        "utilisation": {
+            "mean": mean / 250, "largest": largest / 250,
+            "kern": within(footing["kern"], centre, point),
+            "overturning": within(hull.T, centre, point),
+        },
+        "edge_distance": -np.max(equations[:, :2] @ point + equations[:, 2]),
+        "displacement": s.shear.displacement, "twist": s.shear.twist,
+        "complementarity_residual": s.complementarity_residual,
+        "displacement_residual": s.displacement_residual,
+        "resultant_residual": s.resultant_residual,
+    }  # fmt: skip
+    assert {k: case[k] for k in expected} == expected
+    assert set(case) == set(expected) | set(numbers)
+    for name, value in numbers.items():
+        assert case[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
+    assert case["utilisation"]["kern"] > 1.5 * case["utilisation"]["overturning"] > 0

@@ -401,3 +401,57 @@ def test_gaps_at_corners_are_the_largest():
     gaps = s.ground_displacement(x) - s.deflection(x)
     assert gaps.max() > 1.01 * s.gap.max()
     assert body.largest_gap[0] == pytest.approx(gaps.max(), rel=1e-3)
+
+
+def test_data_tells_what_was_solved(cases, group):
+    """All fields of a structure and its cases, by public attributes and by hand."""
+    data = report_data(bodies_of(cases, Details(allowable=2.0)))
+    (body,), punch = data["structures"], cases["calm"].punch
+    cells, basis = punch.partition, punch.structure
+    exact = {
+        "name": "", "cells": len(cells), "edge": "singular", "collocation": "centroid",
+        "shape": "flat", "kind": "plate", "plate": None, "columns": [],
+        "element": type(basis.elem).__name__, "elements": basis.mesh.nelements, "dofs": basis.N,
+        "held": len(punch.compliance.fixed),
+    }  # fmt: skip
+    assert {k: body[k] for k in exact} == exact
+    numbers = {
+        "origin": punch.origin, "centroid": punch.centre, "area": cells.areas.sum(),
+        "extent": [cells.polygons.p.min(axis=1), cells.polygons.p.max(axis=1)],
+        "areas": cells.areas, "centroids": cells.centroids.T,
+    }  # fmt: skip
+    for name, value in numbers.items():
+        assert np.array(body[name]) == pytest.approx(np.array(value)), name
+    known = {"grid", "points", "circle_radius", "envelope", "stress_profile", "cases"}
+    assert known == set(body) - set(exact) - set(numbers)
+    for told, s in zip(body["cases"], cases.values(), strict=True):
+        largest = bearing_pressure(s)
+        values = {
+            "force": s.force, "point": s.resultant[1:] / s.force + punch.origin,
+            "first_moments": s.resultant[1:],
+            "reactions": s.vertical_reaction, "equilibrium_residual": s.equilibrium_residual,
+            "mean_settlement": cells.areas @ s.cell_deflections / cells.areas.sum(),
+            "contact_area": s.contact_area, "contact_share": s.contact_area / cells.areas.sum(),
+            "load.force": s.force - s.vertical_reaction,
+            "pressure.mean": s.mean_pressure, "pressure.largest": largest,
+            "pressure.min_of_cells": s.pressure.min(), "pressure.max_of_cells": s.pressure.max(),
+            "utilisation.mean": s.mean_pressure / 2, "utilisation.largest": largest / 2,
+            "complementarity_residual": s.complementarity_residual,
+            "displacement_residual": s.displacement_residual,
+            "in_cells.pressure": s.pressure, "in_cells.first_moments": s.mean_moments.T,
+            "in_cells.deflection": s.cell_deflections, "in_cells.gap": s.gap,
+        }  # fmt: skip
+        for name, value in values.items():
+            found = told
+            for key in name.split("."):
+                found = found[key]
+            assert np.array(found) == pytest.approx(np.array(value), abs=1e-9), name
+        # at a corner, which is a little farther off than the outermost points
+        assert s.gap.max() < told["largest_gap"] < 1.1 * s.gap.max()
+        assert told["deflection"]["least"] <= s.cell_deflections.min()
+        assert told["deflection"]["largest"] >= s.cell_deflections.max()
+    (pair,) = report_data(bodies_of(group, Details()))["between"]
+    centres = [s.footprint.centre for s in group.solutions]
+    assert pair["distance"] == pytest.approx(np.hypot(*(centres[1] - centres[0])))
+    ratio = abs(pair["differential_settlement"]) / pair["distance"]
+    assert pair["angular_distortion"] == pytest.approx(ratio)
