@@ -202,6 +202,31 @@ def test_shaped_punches(n, radius, width):
     assert high - low < width * radius**2
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"load": {"force": 1.0, "at": (0.55, 0.1)}, "edge": "constant"},  # lifted off
+        {"load": {"force": 1.0, "at": (0.55, 0.1)}, "edge": "constant", "collocation": "node"},
+        {"load": {"force": 2.5, "at": (0.1, 0.05)}, "gap": Paraboloid(1.0)},  # over its edge
+        {"load": {"force": 0.6, "at": (0.1, 0.05)}, "gap": Paraboloid(1.0), "edge": "constant"},
+        {"load": {"force": 1.0, "at": (0.6, 0.1), "unilateral": False}},
+    ],
+)
+@pytest.mark.parametrize("n", [60, *slow(120, 240)])
+def test_bounds_of_all_kinds_hold_and_are_of_use(n, options):
+    """Against edge-weighted cells on the refined mesh, and not far wider than what is missed."""
+    mesh = fine_disc(n=n)
+    found = solve(mesh, **options)
+    exact = solve(mesh.refined(2), **{k: v for k, v in options.items() if k in ("load", "gap")})
+    bounds = found.bounds
+    low, high = bounds.settlement
+    assert low < exact.settlement + exact.tilt @ bounds.at < high
+    assert (bounds.tilt[:, 0] < exact.tilt).all()
+    assert (exact.tilt < bounds.tilt[:, 1]).all()
+    constant = options.get("edge") == "constant" and "gap" not in options
+    assert high - low < (3.5 / np.sqrt(n) if constant else 0.03) * high
+
+
 def test_printed():
     small, large = solve(disc(2)), solve(disc(4))
     low, high = small.bounds.settlement
