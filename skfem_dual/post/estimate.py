@@ -37,7 +37,8 @@ class CoupleEstimate(ReadOnly):
         and triangles at their centroids. An inclination, besides: where the triangles tilt more
         in the same direction, by about as much as such solutions do. One that is zero by symmetry
         has the signs of the mesh and is not. Found so under given loads on every valid mesh
-        tried, not proven.
+        tried, of inclinations but 2 of 153, on triangles with angles of 1 to 2 degrees; not
+        proven.
     mixed_settlement : float
         Mixture of both in which their errors cancel to first order, if they bracket the exact
         value; the mean of both otherwise.
