@@ -15,6 +15,7 @@ from skfem_dual import (
     HalfSpace,
     Load,
     Paraboloid,
+    ResolutionWarning,
     RigidPunch,
     RigidPunches,
     bearing_pressure,
@@ -315,3 +316,21 @@ def test_a_case_on_which_nothing_slides_stops_no_others():
     assert np.isnan(cases.sliding[:, 0]).all()
     assert cases.sliding[0, 1] > 0
     assert [row["success"] for row in cases.table()] == [False, True]
+
+
+def test_a_body_of_a_group_on_which_nothing_slides_stops_no_other_case():
+    mesh = disc(3)
+    cells = DualMesh.from_mesh(mesh).basis()
+    middle = tuple(cells.partition.centroids[:, 0])
+    ball = RigidPunch(UNIT, cells, gap=Paraboloid(1e-3, middle), origin=middle)
+    flat = punch(mesh.translated((3.0, 0.0)), origin=(3.0, 0.0))
+    group = RigidPunches([ball, flat])
+    with pytest.warns((ConvergenceWarning, ResolutionWarning)):
+        both = group.solve_many(
+            {
+                "a": ({"force": 1e-9, "horizontal": (0, 0)}, {"force": 1.0}),
+                "b": ({"force": 500.0}, {"force": 1.0}),
+            }
+        )
+    assert both[0].success.tolist() == [False, True]
+    assert [row["success"] for row in both[0].table()] == [False, True]

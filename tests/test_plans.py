@@ -388,10 +388,15 @@ def test_parts_close_beside_arcs_do_not_overlap(name, gap, n):
     assert dual.areas.sum() == pytest.approx(plan.area, rel=1e-12)
 
 
-def test_parts_so_close_that_meshes_overlap_are_told_with_the_place():
-    plan = Plan.circle((0, 0), 1) + Plan.circle((2 + 1e-5, 0), 1)
-    with pytest.raises(MeshError, match=r"overlap near \(0.99.*choose a smaller size or more"):
-        plan.mesh(n=60)
+@pytest.mark.parametrize("gap", [0.002, *slow(0.005, 0.01)])
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_discs_of_other_sizes_close_to_each_other(angle, gap):
+    """Facets grow from where they are short by less than the gap does."""
+    away = (3.5 + gap) * np.array([np.cos(angle), np.sin(angle)])
+    plan = Plan.circle((0, 0), 1) + Plan.circle(tuple(away), 2.5)
+    for n in (40, 100, 300):
+        dual = DualMesh.from_mesh(plan.mesh(n=n))
+        assert dual.areas.sum() == pytest.approx(plan.area, rel=1e-12)
 
 
 def rectangle(low, high, *holes):

@@ -415,3 +415,17 @@ def test_polylines_that_were_smoothed(tmp_path):
     x, y = curve
     area = (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2
     assert Plan.read(tmp_path / "smoothed.dxf", tol=1e-9).area == pytest.approx(area, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x [m] y [m]\n0 0\n2 0\n2 3\n0 3\n",
+        "x,y,\n0,0\n2,0\n2,3\n0,3\n",
+        "x y name\n0 0 corner A\n2 0 B\n2 3 C\n0 3 -\n",
+    ],
+)
+def test_headings_with_units_and_words_beside_corners(text, tmp_path):
+    path = tmp_path / "plan.csv"
+    path.write_text(text)
+    assert Plan.read(path).area == 6.0

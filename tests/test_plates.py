@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from marks import slow
 from scipy.sparse import diags
-from skfem import BilinearForm, CellBasis, ElementTriMorley, ElementTriP1, ElementTriP2, LinearForm
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementTriMorley,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    LinearForm,
+)
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
@@ -286,3 +294,25 @@ def test_a_load_nearer_to_a_corner_than_cells_carry_is_refused(method):
         raft.solve(f, method=method)
     with pytest.raises(ValueError, match=r"punch 0: expected loads that pressures"):
         Punches([raft]).solve([f])
+
+
+def test_triangles_whose_vertices_do_not_ascend():
+    """Functions that follow the directions of facets had lost tilts: loads moved by metres."""
+    mesh, load = rectangle(8.0, 5.0, n=60), {"sides": (1.0, 1.0)}
+    found = []
+    for own in (mesh, mesh.oriented()):
+        raft = Plate(0.4, 30e6, 0.2).on(SOIL, CellBasis(own, ElementTriP0()))
+        found.append(raft.solve(column_load(raft.structure, (1.0, 0.5), 900.0, **load)))
+    place = found[1].resultant[1:] / found[1].force + found[1].punch.origin
+    assert place == pytest.approx((1.0, 0.5), rel=1e-9)
+    assert found[1].deflection_range == pytest.approx(found[0].deflection_range, rel=1e-9)
+    morley = CellBasis(mesh.oriented(), ElementTriMorley())
+    for refused in (
+        lambda: column_load(morley, (1.0, 0.5), 900.0, **load),
+        lambda: found[0].load_vector(morley),
+    ):
+        with pytest.raises(ValueError, match=r"vertices ascend, for ElementTriMorley.*MeshTri\("):
+            refused()
+    assert found[0].load_vector(CellBasis(mesh.oriented(), ElementTriP2())).sum() == (
+        pytest.approx(found[0].force)
+    )

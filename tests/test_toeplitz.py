@@ -229,7 +229,7 @@ def test_fine_grids_at_site_coordinates(side):
         assert punch.operator.method == "toeplitz"
         settled.append(punch.solve(0.02 * side**2, tilt=(0, 0)).settlement)
         cells = s[1] - s[0]
-        assert punch.operator.rtol == pytest.approx(max(1e-10, 1.8e-15 * y / cells), rel=0.1)
+        assert 1e-10 <= punch.operator.rtol <= max(1e-10, 2e-15 * y / cells)
     assert settled[1] == pytest.approx(settled[0], rel=1e-7)
 
 

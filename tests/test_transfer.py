@@ -1,5 +1,7 @@
 """Fields at points, and carried over to other bases."""
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from skfem import (
     MeshHex,
     MeshLine,
     MeshQuad,
+    MeshQuad2,
     MeshTri,
     MeshTri2,
 )
@@ -261,11 +264,22 @@ def test_fields_in_files(tmp_path):
     morley = CellBasis(SQUARE, ElementTriMorley())
     with pytest.raises(TypeError, match="ElementTriMorley"):
         write_field(tmp_path / "field.vtu", morley, np.zeros(morley.N))
-    curved = CellBasis(MeshTri2.init_circle(1), ElementTriP0())
-    with pytest.raises(TypeError, match=r"curved triangles, got ElementTriP0 on a MeshTri2"):
+    quads = MeshQuad2.from_mesh(QUADRILATERALS)
+    bent = replace(quads, doflocs=quads.doflocs + 0.01 * np.sin(9 * quads.doflocs[::-1]))
+    curved = CellBasis(bent, ElementQuad1())
+    with pytest.raises(TypeError, match=r"cells are curved, got ElementQuad1 on a MeshQuad2"):
         write_field(tmp_path / "field.vtu", curved, np.zeros(curved.N))
     with pytest.raises(ValueError, match=r"\.vtu"):
         write_field(tmp_path / "field.vtk", dual.basis(), np.zeros(len(dual)))
+
+
+def test_constants_on_curved_triangles_in_files(tmp_path):
+    basis = CellBasis(MeshTri2.init_circle(2), ElementTriP0())
+    write_field(tmp_path / "field.vtu", basis, np.arange(float(basis.N)), "p")
+    found = meshio.read(tmp_path / "field.vtu")
+    assert found.cells[0].type == "triangle6"
+    assert np.hypot(*found.points[:, :2].T).max() == pytest.approx(1.0)
+    assert found.cell_data["p"][0].tolist() == list(range(basis.N))
 
 
 @pytest.mark.parametrize("element", [ElementTriP1(), ElementTriP2()])

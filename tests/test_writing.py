@@ -147,6 +147,6 @@ def test_outputs_without_permission(tmp_path):
 
 
 def test_data_of_a_report_is_a_mapping(tmp_path):
-    with pytest.raises(TypeError, match=r"a Mapping for data, .*Remedy: report_data\(solution\)"):
+    with pytest.raises(TypeError, match=r"a Mapping for data, .*Remedy: write_report of"):
         write_data(tmp_path / "data.json", [1.0])
     assert not list(tmp_path.iterdir())

@@ -121,9 +121,10 @@ def solve_cases(
             over.setdefault(sharp, []).append(k)
             continue
         try:
-            for load in loads[k]:
-                if load.shear is not None and (load.shear.any() or contact.pressure.any()):
-                    require_grip(contact.pressure != 0)
+            for load, own in zip(loads[k], problem.cells_of_bodies, strict=True):
+                pressed = contact.pressure[own] != 0
+                if load.shear is not None and (load.shear.any() or pressed.any()):
+                    require_grip(pressed)
         except ValueError as error:
             messages[k] = str(error)
             continue
@@ -133,8 +134,8 @@ def solve_cases(
         if contact.success and (few := rough_under(contact, problem.cells_of_bodies)):
             rough.append(f"{few[0]}; first in case {names[k]!r}")
     for sharp, some in over.items():
-        own = tuple(names[k] for k in some), [loads[k] for k in some]
-        found = solve_cases(sharp, *own, how, progress)
+        named = tuple(names[k] for k in some)
+        found = solve_cases(sharp, named, [loads[k] for k in some], how, progress)
         for k, answer, message in zip(some, found.answers, found.messages, strict=True):
             answers[k], messages[k] = answer, message
         rough += found.rough

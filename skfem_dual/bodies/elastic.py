@@ -398,7 +398,8 @@ class ElasticPunch(Body):
 
         with progress_bars(checked_flag("progress", progress)):
             contact, position = solved(self.footprint, find, how.unilateral, pressures)
-        if how.unilateral and not contact.success:  # slopes reach farther out, but turn there
+        # slopes reach farther out than flat cells, but turn there
+        if how.unilateral and not contact.success and self.footprint.slopes is not None:
             require_balance(~sloped)
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp.solve(f, x=x, **how._asdict(), progress=progress)

@@ -16,6 +16,7 @@ from skfem.mapping import Mapping
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair, checked_size
 from ..elements.point_values import value_matrix
+from ..elements.shape_functions import ShapeFunctions, ascends
 from ..grids.cellwise import CellwiseBasis
 from ..grids.mappings import mapping_about_middle, own_mapping
 from ..ground.substrates import Substrate
@@ -130,6 +131,8 @@ class Plate:
         require_memory(basis.N)
         mesh = basis.dual.refinement if isinstance(basis, CellwiseBasis) else basis.mesh
         checked_instance("the mesh of a plate", mesh, MeshTri)
+        if not ascends(mesh):  # the element takes directions of facets from that
+            mesh = MeshTri(mesh.p, mesh.t)
         structure = CellBasis(mesh, LocalMorley(), mapping=own_mapping(mesh))
         return ElasticPunch(substrate, basis, structure, self.stiffness(structure), **options)
 
@@ -290,6 +293,7 @@ def column_load(
     loads = shares * (force + turning @ lever)
     if not any(sides):
         arms, loads = np.zeros((2, 1)), np.array([force])
+    ShapeFunctions.of(basis, None)  # refuses what is no matter of places
     try:
         matrix = value_matrix(basis, middle[:, None] + arms)
     except ValueError as error:

@@ -234,7 +234,9 @@ class Punches(FromFields):
                 if sharp is not None:
                     return sharp._solved(given, how, progress)
             contact, position = met(found, added, short)
-        if how.unilateral and not contact.success:  # slopes reach farther out, but turn there
+        sloping = all(cells.slopes is not None for cells in self.footprints)
+        # slopes reach farther out than flat cells, but turn there
+        if how.unilateral and sloping and not contact.success:
             self._require_balance(given, self._shares(given, np.ones(len(self.cells), bool)))
         timings = self.timings | {"solution": perf_counter() - begin}
         return PunchesSolution(self, self._solutions(given, shares, contact, position, timings))

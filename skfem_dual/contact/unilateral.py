@@ -178,7 +178,10 @@ def _least_motion(stiffness: ndarray, given: ndarray, size: ndarray) -> ndarray:
     motion = np.linalg.lstsq(resists, force, rcond=1 / FREE)[0]
     felt = TURNED * (np.abs(resists) @ np.abs(motion)) + ROUNDING * np.abs(force).max()
     if (np.abs(resists @ motion - force) > felt).any():
-        raise ConvergenceError("the punch can move without resistance on a few cells on one line")
+        raise ConvergenceError(
+            "the punch can move without resistance on a few cells on one line. Remedy: smaller "
+            "cells there, a load on every part, or hold parts without one"
+        )
     return motion / size
 
 

@@ -35,6 +35,8 @@ STEPS = 3
 SAMPLES = 4.0
 #: rounding of deflections, over the largest settlement of the ground, that an answer may have
 LOST = 1e-3
+#: pressures below zero up to so much of the largest are zero
+NOTHING = 1e-14
 #: overlaps without contact, over the largest of what they are the difference of
 ROUNDING = 64 * float(np.finfo(float).eps)
 
@@ -75,6 +77,9 @@ class Verification:
         pressures, if that is known.
         """
         pressure, system = contact.pressure, self.system
+        if self.how.unilateral and 0 > pressure.min() >= -NOTHING * pressure.max():
+            pressure = pressure.clip(0.0)
+            contact = replace(contact, pressure=pressure)
         settled = system.matrix @ pressure if settled is None else settled
         moved = position @ system.planes
         gap = settled + system.gap - moved

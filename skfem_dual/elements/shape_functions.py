@@ -55,6 +55,8 @@ class ShapeFunctions:
     def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
         if isinstance(basis, AbstractBasis):
             for element in _parts(basis.elem):
+                if isinstance(element, ElementGlobal) or element.facet_dofs > 1:
+                    _require_ascending(element, basis.mesh)
                 if isinstance(element, ElementGlobal) and element.V is not None:
                     _require_of_mesh(element, basis.mapping)
         if type(basis) is FacetBasis and basis.mesh.dim() == 3:
@@ -243,6 +245,23 @@ def _parts(element: Element) -> Iterator[Element]:
     yield element
     for part in [element.elem] if hasattr(element, "elem") else getattr(element, "elems", ()):
         yield from _parts(part)
+
+
+def ascends(mesh: Mesh) -> bool:
+    """Whether the vertices of all triangles ascend, as scikit-fem sorts them unless asked not to;
+    other elements have no order."""
+    return len(mesh.t) != 3 or bool((np.diff(mesh.t, axis=0) > 0).all())
+
+
+def _require_ascending(element: Element, mesh: Mesh) -> None:
+    """Refuse functions that follow the directions of facets where those differ from triangle to
+    triangle: they do not fit together, and have lost all fields but the constant ones."""
+    if not ascends(mesh):
+        bad = np.nonzero((np.diff(mesh.t, axis=0) <= 0).any(axis=0))[0]
+        raise ValueError(
+            f"expected triangles whose vertices ascend, for {type(element).__name__}, got "
+            f"{some(bad)} that do not. Remedy: MeshTri(mesh.p, mesh.t), which sorts them"
+        )
 
 
 def _require_of_mesh(element: ElementGlobal, mapping: Mapping) -> None:

@@ -14,6 +14,8 @@ from .partition import Partition
 ACROSS = 24
 #: rows of triangles before they become twice as large
 ROWS = 4
+#: parts of a plan beyond which triangles are larger, for their number to stay small
+CROWD = 12
 
 
 def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray, ndarray]:
@@ -41,7 +43,8 @@ def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray
     low, high = edge.min(axis=1), edge.max(axis=1)
     size = (high - low).max()
     low, high = low - beyond * size, high + beyond * size
-    finest = max(_least_extent(partition) / ACROSS, np.hypot(*(b - a)).max())
+    least, parts = _least_extent(partition)
+    finest = max(least / ACROSS, np.hypot(*(b - a)).max()) * max(1.0, (parts / CROWD) ** 0.5)
     levels = int(np.ceil(np.log2(max(size / (ACROSS * finest), 1.0))))
     # grids of twice the width of the one before where the edge is so many of these away
     points, inner = [], 0.55 * finest
@@ -62,15 +65,15 @@ def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray
     return p, np.where(turn > 0, t, t[[0, 2, 1]])[:, full]
 
 
-def _least_extent(partition: Partition) -> float:
-    """The smallest of the greater extents of the parts of a plan."""
+def _least_extent(partition: Partition) -> tuple[float, int]:
+    """The smallest of the greater extents of the parts of a plan, and how many these are."""
     part, of = partition.parts(np.ones(len(partition), bool)), partition.polygons.indices
     part = np.repeat(np.unique(part, return_inverse=True)[1], partition.polygons.sizes)
     low, high = np.full((2, 2, part.max() + 1), [[[np.inf]], [[-np.inf]]])
     for axis, x in enumerate(partition.polygons.p[:, of]):
         np.minimum.at(low[axis], part, x)
         np.maximum.at(high[axis], part, x)
-    return float((high - low).max(axis=0).min())
+    return float((high - low).max(axis=0).min()), low.shape[1]
 
 
 def _grid(edge: ndarray, low: ndarray, high: ndarray, h: float, reach: float) -> ndarray:

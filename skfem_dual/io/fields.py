@@ -47,8 +47,8 @@ def write_field(
     Raises
     ------
     TypeError
-        If the basis or the elements are others, or constants or ElementQuad1 on curved cells;
-        values are no numbers, or the name no text.
+        If the basis or the elements are others, or quadrilaterals are curved; values are no
+        numbers, or the name no text.
     ValueError
         If the suffix or the number of values does not fit, a value is not finite, or the name
         is empty, cannot be printed, or is ``cell``, which is that of the numbers of dual cells.
@@ -67,10 +67,13 @@ def write_field(
     if isinstance(basis, CellwiseBasis) and basis.tind is None:
         write_polygons(path, basis.partition.polygons, {name: values})
         return
-    if _is_curved(basis.mesh):
+    curved = _is_curved(basis.mesh)
+    if curved:
         basis, values = _on_curves(basis, values)
     kind = SIDES[len(basis.mesh.t)]
     p, cells, at_points = basis.mesh.p, basis.mesh.t, True
+    if curved and isinstance(basis.elem, ElementTriP0):
+        p, cells, kind = basis.mesh.doflocs, basis.mesh.dofs.element_dofs, "triangle6"
     if isinstance(basis.elem, (ElementTriP0, ElementQuad0)):
         at_points = False
         cells = cells if basis.tind is None else cells[:, basis.tind]
@@ -111,10 +114,10 @@ def _on_curves(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
         ends = values[basis.nodal_dofs[0][basis.mesh.facets]]
         out[fine.facet_dofs[0]] = ends.mean(axis=0)
         return fine, out
-    if not isinstance(basis.elem, ElementTriP2):
+    if not isinstance(basis.elem, (ElementTriP0, ElementTriP2)):
         raise TypeError(
-            "expected ElementTriP1 or ElementTriP2 on curved triangles, got "
-            f"{type(basis.elem).__name__} on a {type(basis.mesh).__name__}. Remedy: transfer the "
-            "field to one of them, or a mesh with straight sides"
+            "expected constants, ElementTriP1 or ElementTriP2 on triangles where cells are "
+            f"curved, got {type(basis.elem).__name__} on a {type(basis.mesh).__name__}. Remedy: "
+            "transfer the field to a mesh of these, or one with straight sides"
         )
     return basis, values

@@ -5,7 +5,7 @@ from collections.abc import Callable, MutableMapping
 from copy import copy
 from dataclasses import fields
 from functools import cached_property
-from threading import Lock, RLock
+from threading import RLock
 from typing import Any, Self, TypeVar, cast, overload
 
 from numpy import ndarray
@@ -13,7 +13,7 @@ from numpy import ndarray
 _T = TypeVar("_T")
 #: of what is being computed, by dictionaries and keys: locks and how many threads want them
 _locks: dict[tuple[int, Any], list[Any]] = {}
-_counting = Lock()
+_counting = RLock()  # handlers of signals may ask while it is held
 
 
 class computed_once(cached_property[_T]):
@@ -144,7 +144,7 @@ def _shared(value: Any) -> Any:
 def _forget() -> None:
     """A forked process has none of the threads that held locks."""
     global _counting
-    _counting = Lock()
+    _counting = RLock()
     _locks.clear()
 
 

@@ -45,7 +45,7 @@ def within(
     sample = Sample.from_entries(entries, ALIKE if method == "toeplitz" else rows)
     tolerance = rtol
     if method == "toeplitz":  # its errors are those of rounding and of the exact rows
-        rtol = max(rtol, EXACT)  # those of coordinates are in it
+        rtol = max(rtol, EXACT, cast(Lattice, entries.partition.lattice).blur)
     elif rtol >= EXACT and entries.substrate.remainder is not None:  # and errors add up
         tolerance *= REMAINDER * min(1.0, sample.least)
     kept: Kept

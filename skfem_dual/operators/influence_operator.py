@@ -7,7 +7,7 @@ stands for it is made to a tolerance and checked on exact rows.
 from collections.abc import Callable
 from math import prod
 from time import perf_counter
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -168,15 +168,15 @@ class InfluenceOperator(LinearOperator):
         known = None if like is None else self._expansions(like)
         asked = method, m, n, float(rtol), layered, places
         self.method, self.estimate = choose(*asked, known is not None)
-        self.rtol = float(rtol)
-        if self.method == "toeplitz":
-            self.rtol = max(min(self.rtol, ROUNDING), cast(Lattice, lattice).blur)
+        self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
         start = perf_counter()
         single = self.method == "fast" and rtol >= SINGLE
         self._entries = Entries(substrate, partition, x, weights, slopes, single)
         self.correction, self.sloping = self._entries.correction, self._entries.sloping
         kept = within(self._entries, self.method, self.rtol, known)
         self._kept, self.error, self.row_error = kept
+        if self.method == "toeplitz":  # far from the origin not closer than coordinates are
+            self.rtol = max(self.rtol, self.error, self.row_error)
         self.setup_time = perf_counter() - start
 
     @classmethod

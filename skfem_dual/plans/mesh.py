@@ -1,5 +1,6 @@
 """Triangulations of plans, and their refinement along true arcs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,9 @@ from ..grids.checks import check_type
 from ..grids.curves import Curve, Width
 from ..grids.planar import covered_twice, directed_sides
 from ..grids.preprocess import repair
-from ..grids.short_facets import SHORT
+from ..grids.short_facets import SHORT, STEEPER
 from ..grids.sizing import MOST, generated
+from ..kernels.once import computed_once
 from ..messages import place
 from .rings import Ring
 
@@ -27,7 +29,7 @@ END = 1e-6
 #: part of a gap that facets of an arc beside it may take
 SHARE = 1 / 3
 #: points of a ring looked at for that, and how far off an arc they lie, over its radius
-SAMPLES, ON = 400, 0.1
+SAMPLES, ON = 2000, 0.1
 
 
 def mesh_of(
@@ -47,13 +49,34 @@ def mesh_of(
         sizes: list[float | None] = [min(size, extent / 2) for extent in extents]
     else:
         sizes = [size] * len(parts)
-    rings = [[outline, *holes] for outline, holes in parts]
-    meshes = []
-    for own, h, k in zip(rings, sizes, counts):
-        others = tuple(ring for part in rings if part is not own for ring in part)
-        curves: list[Curve] = [_Beside(ring, others) if others else ring for ring in own]
-        meshes.append(generated(curves, h, k, graded))
-    return _together(meshes)
+    rings: list[list[Ring]] = [[outline, *holes] for outline, holes in parts]
+
+    def meshed(curves: Sequence[Sequence[Curve]]) -> MeshTri:
+        each = zip(curves, sizes, counts, strict=True)
+        return _together([generated(own, h, k, graded) for own, h, k in each])
+
+    mesh = meshed(rings)
+    if len(parts) == 1 or _overlap(mesh) is None:
+        return mesh
+    others = [tuple(ring for part in rings if part is not own for ring in part) for own in rings]
+    each = zip(rings, others, strict=True)
+    mesh = meshed([[_Beside(ring, beside) for ring in own] for own, beside in each])
+    if (x := _overlap(mesh)) is not None:
+        raise MeshError(
+            f"expected parts as far apart as facets of this size are from their arcs, got some "
+            f"that overlap near {place(x)}. Remedy: choose a smaller size or more nodes, or move "
+            "them apart"
+        )
+    return mesh
+
+
+def _overlap(mesh: MeshTri) -> ndarray | None:
+    """Where parts of a mesh overlap; None if they do not."""
+    boundary = mesh.boundary_facets()
+    twice = covered_twice(mesh.p, *directed_sides(mesh, boundary))
+    if len(twice) == 0:
+        return None
+    return np.asarray(mesh.p[:, mesh.facets[:, boundary[twice[0]]]].mean(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,17 +104,25 @@ class _Beside:
 
     def points(self, k: int, width: Width | None = None) -> ndarray:
         usual = self.length / k
-        least = self._room(self.ring.points(max(k, SAMPLES))).min()
-        if least >= usual:
+        x, room = self._narrow
+        x, room = x[:, room < usual], room[room < usual]
+        if len(room) == 0:
             return self.ring.points(k, width)
         # so short that triangles grow from them, see `ShortFacets`
-        shorter = min(1.0, 0.7 * SHORT * usual / least)
+        room = min(1.0, 0.7 * SHORT * usual / room.min()) * room
 
-        def limited(x: ndarray) -> ndarray:
-            found = np.full(x.shape[1], usual) if width is None else width(x)
-            return np.minimum(found, shorter * self._room(x))
+        def limited(at: ndarray) -> ndarray:
+            found = np.full(at.shape[1], usual) if width is None else width(at)
+            away = np.hypot(*(at[:, :, None] - x[:, None]))
+            return np.minimum(found, (room + STEEPER * away).min(axis=1))
 
         return self.ring.points(k, limited)
+
+    @computed_once
+    def _narrow(self) -> tuple[ndarray, ndarray]:
+        """Points of the ring and the longest facets there."""
+        x = self.ring.points(SAMPLES)
+        return x, self._room(x)
 
     def _room(self, x: ndarray) -> ndarray:
         """The longest facets in points of the ring, infinite on straight sides."""
@@ -126,14 +157,6 @@ def _together(meshes: list[MeshTri]) -> MeshTri:
                 holes.append(found)
     names = ["hole"] if len(holes) == 1 else [f"hole{i}" for i in range(len(holes))]
     tags = {"edge": edge} | dict(zip(names, holes))
-    boundary = mesh.boundary_facets()
-    if len(twice := covered_twice(mesh.p, *directed_sides(mesh, boundary))):
-        x = mesh.p[:, mesh.facets[:, boundary[twice[0]]]].mean(axis=1)
-        raise MeshError(
-            f"expected parts as far apart as facets of this size are from their arcs, got some "
-            f"that overlap near {place(x)}. Remedy: choose a smaller size or more nodes, or move "
-            "them apart"
-        )
     return mesh.with_boundaries({name: np.sort(f) for name, f in tags.items()})
 
 

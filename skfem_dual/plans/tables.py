@@ -45,7 +45,7 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
     if not filled:
         raise MeshError(f"expected corners in {path}, got an empty file")
     delimiter = _delimiter(filled[0])
-    heads = _fields(filled[0], delimiter)
+    heads = _heads(filled[0], delimiter)
     columns = _columns(heads)
     if len(units := _units(heads, columns)) > 1:
         raise MeshError(
@@ -76,7 +76,7 @@ def unit_of_table(path: Path) -> str | None:
     """Unit of the coordinates by the header of a table of corners, if it has one."""
     lines = (line.strip() for line in text_of(path).splitlines())
     first = next((line for line in lines if line.strip(EMPTY) and not line.startswith("#")), "")
-    fields = _fields(first, _delimiter(first))
+    fields = _heads(first, _delimiter(first))
     return next(iter(_units(fields, _columns(fields))), None)
 
 
@@ -110,6 +110,17 @@ def _fields(line: str, delimiter: str) -> list[str]:
     return line.split() if delimiter == " " else cells_of(line, delimiter)
 
 
+def _heads(line: str, delimiter: str) -> list[str]:
+    """The headings of a table if the line has some: units after blanks belong to those before,
+    and empty ones at the end are none."""
+    if delimiter == " ":
+        line = re.sub(r"\s+(?=[\[(])", "", line)
+    fields = _fields(line, delimiter)
+    while fields and not fields[-1]:
+        fields.pop()
+    return fields
+
+
 def _columns(fields: list[str]) -> list[int]:
     """Places of x, y and bulge by a header; none if the line is no header."""
     words = [re.sub(r"[\s\[(].*", "", field.lower()) for field in fields]
@@ -129,8 +140,9 @@ def _under_heads(fields: list[str], heads: list[str], columns: list[int], where:
     while filled > len(heads) and not fields[filled - 1]:
         filled -= 1
     bulge = len(heads) - 1 if len(columns) == 3 else None
-    if filled != len(heads) and not (filled == bulge == columns[-1]):
-        remedy = "empty cells where there is nothing"
+    beside = filled > len(heads) > max(columns) + 1  # more words of what is left out
+    if filled != len(heads) and not beside and not (filled == bulge == columns[-1]):
+        remedy = "as many, with empty ones or a dash where there is nothing"
         if filled == 3 and len(heads) == 2:
             remedy = "the heading bulge, if the third number is that of the side that starts there"
         raise MeshError(

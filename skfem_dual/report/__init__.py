@@ -94,7 +94,9 @@ def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
     OSError
         If the file cannot be written.
     """
-    checked_instance("data", data, Mapping, "report_data(solution), or write_report to .json")
+    checked_instance(
+        "data", data, Mapping, "write_report of the solution, to a file ending in .json"
+    )
     text = json.dumps(plain(data), indent=2, allow_nan=False) + "\n"
     write_whole(path, lambda part: Path(part).write_text(text, encoding="utf-8"))
 
