@@ -12,6 +12,7 @@ import pytest
 from skfem import CellBasis, ElementQuad0, ElementTriP0, Functional, MeshQuad, MeshTri
 
 from skfem_dual import (
+    ConvergenceError,
     ElasticPunch,
     GradedHalfSpace,
     HalfSpace,
@@ -19,6 +20,7 @@ from skfem_dual import (
     Layer,
     LayeredHalfSpace,
     MeasuredProfile,
+    Paraboloid,
     PeriodicGround,
     RigidPunch,
     RigidPunches,
@@ -26,6 +28,7 @@ from skfem_dual import (
     load_path,
 )
 from skfem_dual.io import write_solution
+from skfem_dual.post import fields
 
 SOIL = HalfSpace(3.0, 0.3)
 MODULUS = SOIL.contact_modulus
@@ -283,3 +286,19 @@ def test_fields_do_not_depend_on_where_the_period_is_cut():
         fields.append(values[own][np.lexsort(moved[:, own])])
     for field in fields[1:]:
         assert field == pytest.approx(fields[0], abs=0.01 * fields[0].max())
+
+
+def test_fields_that_would_lose_the_force_are_refused(monkeypatch):
+    side = np.linspace(0, 1, 9)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    ground = PeriodicGround(HalfSpace(1.0, 0.0), (1.0, 1.0))
+    solution = RigidPunch(ground, cells, gap=Paraboloid(1.0, (0.5, 0.5))).solve(force=0.01)
+    found = fields._unbalanced
+
+    def nothing(*given):
+        basis, values = found(*given)
+        return basis, 0.0 * values
+
+    monkeypatch.setattr(fields, "_unbalanced", nothing)
+    with pytest.raises(ConvergenceError, match=r"could carry the force\. Remedy: smaller cells"):
+        solution.pressure_field(1)

@@ -16,14 +16,17 @@ from skfem import (
     ElementTriP1,
     ElementTriP2,
     LinearForm,
+    MeshTri,
 )
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
+    ConvergenceError,
     ConvergenceWarning,
     DualMesh,
     ElasticPunch,
     HalfSpace,
+    Paraboloid,
     Plate,
     Punches,
     ResolutionWarning,
@@ -31,6 +34,7 @@ from skfem_dual import (
     column_load,
     flexible_settlement,
 )
+from skfem_dual.contact.one_sign import solved
 from skfem_dual.grids.generate import annulus, polygon, rectangle
 from skfem_dual.io import write_solution, write_structure
 from skfem_dual.operators import resources
@@ -316,3 +320,44 @@ def test_triangles_whose_vertices_do_not_ascend():
     assert found[0].load_vector(CellBasis(mesh.oriented(), ElementTriP2())).sum() == (
         pytest.approx(found[0].force)
     )
+
+
+def two_plates(loads, spring=0.0):
+    """Soft plates side by side, the first one on a spring."""
+    square = MeshTri.init_tensor(*[np.linspace(0, 1, 5)] * 2)
+    cells = CellBasis(square + square.translated((1.5, 0.0)), ElementTriP0())
+    raft = Plate(0.05, 1e-2, 0.2).on(HalfSpace(1.0, 0.3), cells)
+    Q = raft.structure.probes(np.array([[0.3], [0.6]]))
+    raft = dataclasses.replace(raft, stiffness=raft.stiffness + spring * (Q.T @ Q))
+    places = (0.3, 0.6), (2.1, 0.4)
+    return raft, sum(column_load(raft.structure, x, F) for x, F in zip(places, loads, strict=True))
+
+
+def test_pressures_below_zero_by_rounding_are_zero():
+    """-2e-16 beside 15 was no success."""
+    raft, f = two_plates((1.0, 0.5), spring=1.0)
+    with pytest.warns(ResolutionWarning):
+        solution = raft.solve(f)
+    assert solution.success
+    assert solution.pressure.min() == 0.0
+
+
+def test_a_part_without_a_load_beside_a_soft_one_is_told_with_a_remedy():
+    raft, f = two_plates((1.0, 0.0))
+    with pytest.raises(ConvergenceError, match=r"Remedy: .*a load on every part"):
+        raft.solve(f)
+
+
+def test_where_contact_is_not_found_on_constant_cells_that_is_told(monkeypatch):
+    """And nothing is asked of slopes, which they do not have."""
+    raft, f = two_plates((1.0, 0.5))
+    raft = dataclasses.replace(raft, edge="constant", gap=Paraboloid(30.0, (1.2, 0.5)))
+    assert raft.footprint.slopes is None
+
+    def lost(*given):
+        contact, position = solved(*given)
+        return dataclasses.replace(contact, success=False, message="lost"), position
+
+    monkeypatch.setattr("skfem_dual.bodies.elastic.solved", lost)
+    with pytest.warns(ConvergenceWarning, match="lost"):
+        assert not raft.solve(f).success

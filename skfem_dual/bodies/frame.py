@@ -61,9 +61,7 @@ class FramedSystem:
     def _frame(self) -> ndarray:
         """Stiffness of the frame against the free motions, zero where products cancel."""
         motions, frame = self.constraints.motions, cast(ndarray, self.constraints.frame)
-        found = motions.T @ frame @ motions
-        size = np.abs(motions).T @ np.abs(frame) @ np.abs(motions)
-        return np.where(np.abs(found) > NOISE * size, found, 0.0)
+        return _against(motions, frame)
 
     @computed_once
     def _planes(self) -> ndarray:
@@ -173,9 +171,14 @@ def about_centroids(stiffness: ndarray, origins: Sequence[ndarray]) -> ndarray:
     shift = np.eye(len(stiffness))
     for n, origin in enumerate(origins):
         shift[3 * n, 3 * n + 1 : 3 * n + 3] = origin
-    size = np.abs(shift).T @ np.abs(stiffness) @ np.abs(shift)
-    found = shift.T @ stiffness @ shift
-    found = np.where(np.abs(found) > 4 * np.finfo(float).eps * size, found, 0.0)
+    return _against(shift, stiffness)
+
+
+def _against(motions: ndarray, stiffness: ndarray) -> ndarray:
+    """A stiffness against some motions, zero where products cancel but for rounding."""
+    found = motions.T @ stiffness @ motions
+    size = np.abs(motions).T @ np.abs(stiffness) @ np.abs(motions)
+    found = np.where(np.abs(found) > NOISE * size, found, 0.0)
     return (found + found.T) / 2
 
 

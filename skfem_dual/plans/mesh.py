@@ -60,7 +60,9 @@ def mesh_of(
         return mesh
     others = [tuple(ring for part in rings if part is not own for ring in part) for own in rings]
     each = zip(rings, others, strict=True)
-    mesh = meshed([[_Beside(ring, beside) for ring in own] for own, beside in each])
+    mesh = meshed(
+        [[_Beside(ring.corners, ring.bulges, beside) for ring in own] for own, beside in each]
+    )
     if (x := _overlap(mesh)) is not None:
         raise MeshError(
             f"expected parts as far apart as facets of this size are from their arcs, got some "
@@ -80,34 +82,19 @@ def _overlap(mesh: MeshTri) -> ndarray | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Beside:
+class _Beside(Ring):
     """A ring beside those of other parts: where an arc is near one its facets are so short that
     they, and nodes that lie outside of it for its area, stay apart from the others."""
 
-    ring: Ring
     others: tuple[Ring, ...]
 
-    @property
-    def length(self) -> float:
-        return self.ring.length
-
-    @property
-    def least(self) -> int:
-        return self.ring.least
-
-    @property
-    def box(self) -> ndarray:
-        return self.ring.box
-
-    def depth(self, x: ndarray) -> ndarray:
-        return self.ring.depth(x)
-
     def points(self, k: int, width: Width | None = None) -> ndarray:
+        """As of `Ring`, and more where that takes them."""
         usual = self.length / k
         x, room = self._narrow
         x, room = x[:, room < usual], room[room < usual]
         if len(room) == 0:
-            return self.ring.points(k, width)
+            return super().points(k, width)
         # so short that triangles grow from them, see `ShortFacets`
         room = min(1.0, 0.7 * SHORT * usual / room.min()) * room
 
@@ -116,24 +103,20 @@ class _Beside:
             away = np.hypot(*(at[:, :, None] - x[:, None]))
             return np.minimum(found, (room + STEEPER * away).min(axis=1))
 
-        return self.ring.points(k, limited)
+        return super().points(k, limited)
 
     @computed_once
     def _narrow(self) -> tuple[ndarray, ndarray]:
-        """Points of the ring and the longest facets there."""
-        x = self.ring.points(SAMPLES)
-        return x, self._room(x)
-
-    def _room(self, x: ndarray) -> ndarray:
-        """The longest facets in points of the ring, infinite on straight sides."""
+        """Points of the ring and the longest facets there, infinite on straight sides."""
+        x = super().points(SAMPLES)
         gap = np.min([ring.sides.distance(x) for ring in self.others], axis=0)
-        sides, radius = self.ring.sides, np.full(x.shape[1], np.inf)
+        sides, radius = self.sides, np.full(x.shape[1], np.inf)
         for i in np.nonzero(sides.curved)[0]:
             off = np.abs(np.hypot(*(x - sides.centre[:, i : i + 1])) - sides.radius[i])
             near = off <= ON * sides.radius[i]
             radius[near] = np.minimum(radius[near], sides.radius[i])
         # an arc is as far from its chord as the square of this over eight radii
-        return np.sqrt(8 * SHARE * gap * radius)
+        return x, np.sqrt(8 * SHARE * gap * radius)
 
 
 def _together(meshes: list[MeshTri]) -> MeshTri:

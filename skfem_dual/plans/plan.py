@@ -285,7 +285,8 @@ class Plan(ReadOnly):
             Length of the facets, of the largest if graded.
         n : int, optional
             Number of nodes aimed at; either ``size`` or ``n`` is given. Sides, fillets and holes
-            far smaller than the facets have small triangles around, which may take more.
+            far smaller than the facets have small triangles around, and arcs shorter facets
+            where parts would overlap, which may take more.
         graded : float, optional
             Length of the facets on the edge over ``size``, from 0 to 1; lengths grow by 0.2 for
             every unit of distance to the edge.

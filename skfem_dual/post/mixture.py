@@ -85,10 +85,12 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
     - opposite errors, of node-collocated dual cells and triangles, cancel in a fixed mixture,
       since both come from the edge. Two rings are continued. If the mixture does not carry the
       load, there are too few cells to continue from: the triangles alone are taken, with one
-      ring, times the linear function with which they do, or as they are if they carry far less
-      or more without it;
+      ring, times the linear function with which they do;
     - of errors of one sign, of centroids on both grids, that of dual cells is the smaller one.
       It is reduced by a part of the difference, and what is left of the load is that of the ring.
+
+    Where one continued ring of triangles makes them carry far less or more than the load, as
+    around holes, the closer solution keeps its pressures.
 
     On ground that is not homogeneous the law of the edge has a factor, which is that of a disc:
     under other plans the pressure over it is not linear in the outer rings, most of all next to
