@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from marks import slow
 from scipy.integrate import quad
-from skfem import MeshTri
+from skfem import ElementTriP1, MeshTri
+from skfem.quadrature import get_quadrature
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
-from skfem_dual.elements.tangential import Tractions
+from skfem_dual.elements.tangential import Tractions, _add
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import disc
+from skfem_dual.kernels.compiled import inputs
 
 
 def tractions(mesh):
@@ -46,6 +48,41 @@ def test_integrals_inside_against_polar_coordinates(x, y):
         return sum(quad(of_direction, *ends[i : i + 2])[0] for i in range(4))
 
     assert found == pytest.approx([exact(kind) for kind in kinds], rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize("x", [(2.3, 1.7), (0.1, -0.6)])
+def test_integrals_by_slopes_against_quadrature(x):
+    """Tractions that rise along x or y inside the cells, seen from beside the square."""
+    basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
+    fan, partition = Fan.from_basis(basis), basis.dual.basis().partition
+    sheared = Tractions(partition, fan)
+    sums = np.zeros((3, 5, 1, len(partition)))
+    at = partition.centroids, sheared.radius, partition.centroids
+    _add(np.array(x)[:, None], *inputs(*at), sheared.far, False, sums)
+    exact = np.zeros_like(sums)
+    places, weights = get_quadrature(ElementTriP1, 19)
+    for corners, cell in zip(fan.t.T, fan.cell, strict=True):
+        p = fan.p[:, corners]
+        sides = p[:, 1:] - p[:, :1]
+        points = p[:, :1] + sides @ places
+        a, b = points - np.array(x)[:, None]
+        r, area = np.hypot(a, b), abs(np.linalg.det(sides)) * weights
+        kinds = np.array([1 / r, b**2 / r**3, -a * b / r**3, a / r**2, b / r**2])
+        rises = np.vstack([np.ones_like(a), points - partition.centroids[:, [cell]]])
+        exact[:, :, 0, cell] += np.einsum("kq,dq->dk", kinds * area, rises)
+    assert sums == pytest.approx(exact, rel=1e-10, abs=1e-12)
+
+
+def test_without_lateral_strain_tractions_settle_the_ground_as_pressures():
+    """At nu = 0 each direction for itself; pressures have exact integrals of their own."""
+    soil = HalfSpace(2.0, 0.0)
+    cells = RigidPunch(soil, DualMesh.from_mesh(disc(n=100, graded=0.3)).basis()).footprint
+    sheared = Tractions(cells.partition, cells.fan, cells.weights, cells.slopes)
+    x = cells.collocation_points
+    found = sheared.displacements(soil, np.ascontiguousarray(x))
+    assert found[0, :, 0] == pytest.approx(cells.influence(x), rel=6e-3)
+    assert found[1, :, 1] == pytest.approx(found[0, :, 0], rel=1e-12)
+    assert abs(found[0, :, 1]).max() == 0.0
 
 
 def test_far_cells_act_as_forces():

@@ -139,7 +139,7 @@ class Strips(NamedTuple):
 
 
 def weighted_strips(
-    loads: CellLoads, weights: EdgeWeights, cells: ndarray
+    loads: CellLoads, weights: EdgeWeights, cells: ndarray, strips: int = STRIPS
 ) -> tuple[ndarray, ndarray, ndarray]:
     """Of the strips of edge-weighted cells: corners (2, 4, k), in any turn, two of them equal at
     an apex; the load per area, and the cell."""
@@ -150,7 +150,7 @@ def weighted_strips(
     part = np.repeat(np.arange(len(halves)), len(own))
     own = np.tile(own, len(halves))
     square = np.einsum("kvc,vk->ck", halves[part], weights.root[fan.t[:, own]] ** 2)
-    triangle, corners = _cut(np.sqrt(square))
+    triangle, corners = _cut(np.sqrt(square), strips)
     corners = np.einsum("kvw,wck->vck", halves[part[triangle]], corners)
     triangle = own[triangle]
     # a strip of four corners is two triangles; its load is what those carry
@@ -178,7 +178,7 @@ def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, 
     p = np.stack([centres[:, cell], a, b], axis=1)
     rise = np.einsum("dk,dvk->vk", loads.slope[:, cell], p - p[:, :1])
     most = np.maximum(np.abs(rise).max(axis=0), np.finfo(float).tiny)
-    triangle, corners = _cut(np.sqrt(1 + (1 - OFFSET) / (1 + OFFSET) * rise / most))
+    triangle, corners = _cut(np.sqrt(1 + (1 - OFFSET) / (1 + OFFSET) * rise / most), STRIPS)
     # triangles that turn the other way are taken off
     turn = np.sign(cross(a - p[:, 0], b - p[:, 0]))[triangle]
     x, cell = np.einsum("dvk,vck->dck", p[..., triangle], corners), cell[triangle]
@@ -199,8 +199,9 @@ def _density(load: ndarray, area: ndarray) -> ndarray:
     return np.divide(load, area, out=np.zeros(len(load)), where=area != 0)
 
 
-def _cut(root: ndarray) -> tuple[ndarray, ndarray]:
-    """Triangles cut along levels, those of the roots of the distance at their corners (3, m).
+def _cut(root: ndarray, strips: int) -> tuple[ndarray, ndarray]:
+    """Triangles cut along levels, those of the roots of the distance at their corners (3, m), into
+    so many strips where they reach from the edge on.
 
     Returns
     -------
@@ -215,19 +216,19 @@ def _cut(root: ndarray) -> tuple[ndarray, ndarray]:
     rise = r[2] ** 2 - r[0] ** 2
     share = np.divide(r[1] ** 2 - r[0] ** 2, rise, out=np.zeros_like(rise), where=rise > 0)
     opposite = low + share * (high - low)
-    count = np.ceil(STRIPS * np.abs(r[1:] - r[:-1]) / r[2]).astype(int).clip(FEWEST)
+    count = np.ceil(strips * np.abs(r[1:] - r[:-1]) / r[2]).astype(int).clip(FEWEST)
     triangle, corners = [], []
-    for apex, at_apex, strips in ((low, r[0], count[0]), (high, r[2], count[1])):
-        own = np.repeat(np.arange(root.shape[1]), strips)
-        step = np.arange(len(own)) - np.repeat(np.cumsum(strips) - strips, strips)
+    for apex, at_apex, many in ((low, r[0], count[0]), (high, r[2], count[1])):
+        own = np.repeat(np.arange(root.shape[1]), many)
+        step = np.arange(len(own)) - np.repeat(np.cumsum(many) - many, many)
         ends = []
         for level in (step, step + 1):
-            part = level / strips[own]
+            part = level / many[own]
             sum_of_roots = at_apex[own] + r[1][own]
             way = at_apex[own] * (2 - part) + r[1][own] * part
             # phi is linear along the sides; where it does not vary any cut is as good
             way = np.divide(way, sum_of_roots, out=np.ones_like(way), where=sum_of_roots > 0)
-            ends.append(np.where(level == strips[own], 1.0, part * way))
+            ends.append(np.where(level == many[own], 1.0, part * way))
         sides = [side[:, own] - apex[:, own] for side in (between, opposite)]
         at = [
             apex[:, own] + t * side

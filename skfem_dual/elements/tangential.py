@@ -10,7 +10,9 @@ from integrals along its ribs: with the outward normal n and the distances r of 
 the field point, by Gauss's theorem::
 
     integral of (delta_ij / r - x_i x_j / r^3) = sum over ribs of n_j integral of x_i / r,
-    integral of x_i / r^2 = sum over ribs of n_i integral of log r.
+    integral of x_i / r^2 = sum over ribs of n_i integral of log r,
+
+and likewise those by tractions with slopes, which have one more factor x_k.
 
 Sources: V. Cerruti's solution in K. L. Johnson, Contact Mechanics (1985), equations (3.75); the
 sums over ribs are this project's own.
@@ -40,6 +42,8 @@ from .tangential_remainder import ShearedCells, tangential_remainder
 #: points nearer to a weighted cell than so many of its radii see its strips, others its
 #: triangles; no point of a regular mesh is just there
 IN_STRIPS = 3.03
+#: strips in a triangle that reaches from the edge on
+STRIPS = 32
 #: numbers computed at a time
 CHUNK = 2**24
 
@@ -52,9 +56,9 @@ class LoadedRibs(NamedTuple):
     begin, along : (2, k) array of float
         Where ribs begin and their directions, of unit length.
     length : (k,) array of float
-    density : (3, k) array of float
-        Load per area on the left by unit mean traction on the cell, and by unit slopes of the
-        traction along x and y.
+    density : (k,) array of float
+        Load per area on the left by unit mean traction on the cell; by unit slopes of the traction
+        as often as the arm from the centre of the cell.
     starts : (ncells + 1,) array of int
         The first rib of each cell.
     """
@@ -66,23 +70,19 @@ class LoadedRibs(NamedTuple):
     starts: ndarray
 
     @classmethod
-    def from_polygons(
-        cls, corners: ndarray, density: ndarray, cell: ndarray, centres: ndarray
-    ) -> Self:
-        """Of polygons (2, c, k) with their densities and cells; slopes are from ``centres``."""
+    def from_polygons(cls, corners: ndarray, density: ndarray, cell: ndarray, ncells: int) -> Self:
+        """Of polygons (2, c, k) with their densities and cells."""
         order = np.argsort(cell, kind="stable")
         corners, density, cell = corners[..., order], density[order], cell[order]
-        arm = corners.mean(axis=1) - centres[:, cell]
-        densities = np.tile(np.vstack([density, density * arm]), (corners.shape[1], 1, 1))
         along = np.roll(corners, -1, axis=1) - corners
         length = np.hypot(*along)
         begin, direction = (
             np.swapaxes(a, 1, 2).reshape(2, -1)
             for a in (corners, along / np.where(length > 0, length, 1.0))
         )
-        densities = densities.transpose(1, 2, 0).reshape(3, -1)
-        starts = corners.shape[1] * np.searchsorted(cell, np.arange(centres.shape[1] + 1))
-        return cls(*inputs(begin, direction, length.T.ravel(), densities, starts))
+        density = np.repeat(density, corners.shape[1])
+        starts = corners.shape[1] * np.searchsorted(cell, np.arange(ncells + 1))
+        return cls(*inputs(begin, direction, length.T.ravel(), density, starts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,19 +132,19 @@ class Tractions:
             corners = np.concatenate([fan.p[:, fan.t[:, plain]], moved], axis=2)
             density = np.append(np.ones(plain.sum()), mean[own] / weights.mean[loaded])
             cell = np.append(fan.cell[plain], loaded)
-        return LoadedRibs.from_polygons(corners, density, cell, self._centres)
+        return LoadedRibs.from_polygons(corners, density, cell, len(self.partition))
 
     @computed_once
     def near(self) -> LoadedRibs:
         """Of strips between levels of the distance to the edge, in weighted cells only."""
         if self.weights is None or not len(self._weighted):
             empty = np.empty((2, 4, 0)), np.empty(0), np.empty(0, dtype=int)
-            return LoadedRibs.from_polygons(*empty, self._centres)
+            return LoadedRibs.from_polygons(*empty, len(self.partition))
         unit = CellLoads(self.partition, np.ones(len(self.partition)), self.weights)
         cells = np.nonzero(self.weights.weighted)[0]
-        corners, density, cell = weighted_strips(unit, self.weights, cells)
+        corners, density, cell = weighted_strips(unit, self.weights, cells, STRIPS)
         density *= np.sign(area_of(corners))
-        return LoadedRibs.from_polygons(corners, density, cell, self._centres)
+        return LoadedRibs.from_polygons(corners, density, cell, len(self.partition))
 
     @computed_once
     def radius(self) -> ndarray:
@@ -182,7 +182,7 @@ class Tractions:
         n, far, near = len(self.partition), self.far, self.near
         densities, kinds = 1 if self.slopes is None else 3, 5 if coupling else 3
         sums = np.zeros((densities, kinds, x.shape[1], n))
-        at = inputs(self.partition.centroids, self.radius)
+        at = inputs(self.partition.centroids, self.radius, self._centres)
 
         def work(rows: slice) -> None:
             points, part = inputs(x[:, rows]), sums[:, :, rows]
@@ -280,18 +280,31 @@ def _log_integral(h, t1, t2, r1, r2):
 
 
 @compiled
-def _add(x, centres, radius, ribs, close, out):
+def _moment_of_log(r1, r2, rise):
+    """Integral of t log r along a rib from the foot of the field point on it."""
+    value = -rise * (r1 + r2) / 4
+    if r2 > 0.0:
+        value += r2 * r2 * np.log(r2) / 2
+    if r1 > 0.0:
+        value -= r1 * r1 * np.log(r1) / 2
+    return value
+
+
+@compiled
+def _add(x, centroids, radius, centres, ribs, close, out):
     """Add 1/r, y^2/r^3, -x y/r^3, x/r^2 and y/r^2 over cells at the points within their radius if
-    ``close``, else at the others; the first axis of ``out`` is for the densities."""
+    ``close``, else at the others: by unit mean tractions and, if ``out`` has room for them on its
+    first axis, by unit slopes along x and y from the centres."""
     begin, along, length, density, starts = ribs
-    kinds = out.shape[1]
-    values = np.zeros(5)
+    kinds, sloped = out.shape[1], out.shape[0] > 1
+    values, by_x, by_y = np.zeros(5), np.zeros(5), np.zeros(5)
     for i in range(x.shape[1]):
         x0, y0 = x[0, i], x[1, i]
         for k in range(len(radius)):
-            inside = np.hypot(x0 - centres[0, k], y0 - centres[1, k]) < radius[k]
+            inside = np.hypot(x0 - centroids[0, k], y0 - centroids[1, k]) < radius[k]
             if inside != close:
                 continue
+            arm_x, arm_y = x0 - centres[0, k], y0 - centres[1, k]
             for f in range(starts[k], starts[k + 1]):
                 tx, ty, size = along[0, f], along[1, f], length[f]
                 if size == 0.0:
@@ -303,14 +316,39 @@ def _add(x, centres, radius, ribs, close, out):
                 t1, h = dx * tx + dy * ty, dx * ty - dy * tx
                 rise = (2 * t1 + size) * size / (r1 + r2)  # r2 - r1
                 v = rib_integral(x0, y0, ax, ay, size * tx, size * ty, size, r1, r2)
-                # the outward normal is (ty, -tx)
+                nx, ny = ty, -tx  # outwards
                 values[0] = v
-                values[1] = ty * ty * v + ty * tx * rise
-                values[2] = (ty * ty - tx * tx) * rise / 2 - tx * ty * v
+                values[1] = nx * (nx * v + tx * rise)
+                values[2] = (nx * nx - ny * ny) * rise / 2 + nx * ny * v
+                g = 0.0
                 if kinds > 3:
                     g = _log_integral(h, t1, t1 + size, r1, r2)
-                    values[3] = ty * g
-                    values[4] = -tx * g
-                for d in range(out.shape[0]):
-                    for c in range(kinds):
-                        out[d, c, i, k] += density[d, f] * values[c]
+                    values[3] = nx * g
+                    values[4] = ny * g
+                for c in range(kinds):
+                    out[0, c, i, k] += density[f] * values[c]
+                if not sloped:
+                    continue
+                # along the rib: of r, and of t^2 / r
+                ends = (t1 + size) * r2 - t1 * r1
+                mean, square = (ends + h * v) / 2, (ends - h * v) / 2
+                xx = nx * nx * h * v + 2 * nx * tx * h * rise + tx * tx * square
+                yy = ny * ny * h * v + 2 * ny * ty * h * rise + ty * ty * square
+                xy = nx * ny * h * v + (nx * ty + ny * tx) * h * rise + tx * ty * square
+                by_x[0], by_y[0] = nx * mean, ny * mean
+                by_x[1], by_y[1] = nx * (xx - mean), nx * xy
+                by_x[2], by_y[2] = ny * xx, nx * yy
+                if kinds > 3:
+                    q = _moment_of_log(r1, r2, rise)
+                    inner = h * (2 * g - size) / 4  # of log r over the triangle to the rib
+                    by_x[3], by_y[3] = (
+                        nx * (h * nx * g + tx * q) - inner,
+                        nx * (h * ny * g + ty * q),
+                    )
+                    by_x[4], by_y[4] = (
+                        ny * (h * nx * g + tx * q),
+                        ny * (h * ny * g + ty * q) - inner,
+                    )
+                for c in range(kinds):
+                    out[1, c, i, k] += density[f] * (by_x[c] + arm_x * values[c])
+                    out[2, c, i, k] += density[f] * (by_y[c] + arm_y * values[c])
