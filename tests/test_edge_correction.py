@@ -73,10 +73,11 @@ def weights_of_square(n):
 
 @pytest.fixture
 def by_strips(monkeypatch):
-    """Strips in all weighted cells, at all points."""
+    """Strips in all weighted cells, at all points, as many as are asked for."""
     monkeypatch.setattr("skfem_dual.elements.edge_correction.IN_STRIPS", 1e9)
     monkeypatch.setattr("skfem_dual.elements.law_strips.STEEP", 0.0)
     monkeypatch.setattr("skfem_dual.elements.near_sums.BESIDE", 1e9)
+    return lambda most: monkeypatch.setattr("skfem_dual.elements.law_strips.STRIPS", most)
 
 
 @pytest.mark.parametrize(
@@ -100,8 +101,8 @@ def test_own_settlement_equals_quadrature(weights, request):
     uniform = influence_matrix(HalfSpace(1.0, 0.0), partition, x)
     coarse, fine = uniform.copy(), uniform.copy()
     EdgeCorrection.from_weights(weights, 1 / np.pi, x).add_to(coarse)
-    request.getfixturevalue("by_strips")
-    EdgeCorrection.from_weights(replace(weights), 1 / np.pi, x, strips=100).add_to(fine)
+    request.getfixturevalue("by_strips")(100)
+    EdgeCorrection.from_weights(replace(weights), 1 / np.pi, x).add_to(fine)
     tested = 0
     for j in np.nonzero(weights.weighted)[0]:
         triangles = np.arange(fan.starts[j], fan.starts[j + 1])
@@ -171,8 +172,8 @@ def test_far_settlements_equal_strips(grid, request):
     x, areas = weights.partition.centroids, weights.partition.areas
     found, exact = np.zeros((2, x.shape[1], len(areas)))
     EdgeCorrection.from_weights(weights, 1.0, x).add_to(found)
-    request.getfixturevalue("by_strips")
-    EdgeCorrection.from_weights(replace(weights), 1.0, x, strips=12).add_to(exact)
+    request.getfixturevalue("by_strips")(12)
+    EdgeCorrection.from_weights(replace(weights), 1.0, x).add_to(exact)
     r = np.hypot(*(x[:, :, None] - x[:, None]))
     off = np.abs(found - exact) * r / areas
     distance = r / weights.partition.polygons.radii

@@ -16,7 +16,6 @@ from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import ReadOnly, computed_once
 from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
-from .law_strips import STRIPS
 from .moments import INSIDE, Series, far_influence
 from .near_sums import NearSums
 from .remainder import add_by_rows
@@ -53,15 +52,9 @@ class EdgeCorrection(ReadOnly):
     ncells: int
 
     @classmethod
-    def from_weights(
-        cls, weights: EdgeWeights, coefficient: float, x: ndarray, strips: int = STRIPS
-    ) -> Self:
-        """Correction of a substrate with the influence ``coefficient / r`` near its origin.
-
-        ``strips`` is their number in a triangle that reaches from the edge on.
-        """
-        known = weights.partition, weights, weights.cells
-        near = NearSums.from_cells(*known, IN_STRIPS, x, strips)
+    def from_weights(cls, weights: EdgeWeights, coefficient: float, x: ndarray) -> Self:
+        """Correction of a substrate with the influence ``coefficient / r`` near its origin."""
+        near = NearSums.from_cells(weights.partition, weights, weights.cells, IN_STRIPS, x)
         return cls.from_sums(weights, coefficient, x, near)
 
     @classmethod

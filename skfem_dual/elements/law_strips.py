@@ -38,11 +38,14 @@ class Strips(NamedTuple):
         Where the segments of each begin; a steep one with none is cut when it is needed.
     segments : (m, ROWS) array of float
         See `put_segment`; in coordinates from the centroid of the cell.
+    most : int
+        Strips of a cell that reaches from the edge on.
     """
 
     steep: ndarray
     starts: ndarray
     segments: ndarray
+    most: int
 
     @classmethod
     def of(cls, triangles: Triangles, centroids: ndarray, cells: ndarray) -> Self:
@@ -54,13 +57,9 @@ class Strips(NamedTuple):
         if 0 < steep.sum() <= KEPT:
             room = strips_room(STRIPS, int(sizes.max()))
             segments = np.empty((len(room[0]) * 3 * int(sizes[steep].sum()), ROWS))
-            _cut(triangles, *inputs(centroids, cells, steep), room, starts, segments)
-        return cls(*inputs(steep, starts, segments[: starts[-1]]))
-
-    def emptied(self) -> Self:
-        """With no segments kept."""
-        starts, segments = inputs(np.zeros_like(self.starts), self.segments[:0])
-        return self._replace(starts=starts, segments=segments)
+            _cut(triangles, *inputs(centroids, cells, steep), STRIPS, room, starts, segments)
+        steep, starts, segments = inputs(steep, starts, segments[: starts[-1]])
+        return cls(steep, starts, segments, STRIPS)
 
 
 @vectorised
@@ -77,14 +76,14 @@ def _steep(triangles, cells, most, steep):
 
 
 @vectorised
-def _cut(triangles, centroids, cells, steep, room, starts, segments):
+def _cut(triangles, centroids, cells, steep, most, room, starts, segments):
     """Put the strips of steep cells one after the other."""
     for k in range(cells.shape[0]):
         starts[k + 1] = starts[k]
         if steep[k]:
             j = cells[k]
             middle = centroids[0, j], centroids[1, j]
-            count = strip_segments(triangles, j, middle, STRIPS, room)
+            count = strip_segments(triangles, j, middle, most, room)
             for i in range(count):
                 for row in range(ROWS):
                     segments[starts[k] + i, row] = room[1][row, i]
@@ -99,12 +98,12 @@ def strips_room(most, pieces):
 
 
 @compiled
-def kept_segments(kept, k, triangles, j, middle, most, room):
+def kept_segments(kept, k, triangles, j, middle, room):
     """`strip_segments` of cell ``j``, the weighted one with the number ``k``, by those that are
     kept if they are."""
     begin, end = kept.starts[k], kept.starts[k + 1]
     if begin == end:
-        return strip_segments(triangles, j, middle, most, room)
+        return strip_segments(triangles, j, middle, kept.most, room)
     for row in range(ROWS):
         for i in range(end - begin):
             room[1][row, i] = kept.segments[begin + i, row]

@@ -17,7 +17,7 @@ from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights
 from .law_moments import Triangles
 from .law_polynomials import LOWER_TERMS, TERMS
-from .law_strips import STRIPS, Strips, kept_segments, strips_room
+from .law_strips import Strips, kept_segments, strips_room
 from .polygon_sums import KNOWN, LANES, STEP, add_sides, put_side
 from .segments import Pairs, add_segments
 
@@ -56,7 +56,6 @@ class NearSums(NamedTuple):
         cells: ndarray,
         reach: float,
         x: ndarray,
-        strips: int = STRIPS,
     ) -> Self:
         """Of some cells, ascending, and points nearer to them than ``reach`` of their radii;
         without weights w is constant."""
@@ -67,7 +66,7 @@ class NearSums(NamedTuple):
         size = np.sqrt(partition.areas[cells])
         outlines = inputs(polygons.p, polygons.indices, polygons.offsets)
         circles = inputs(centroids, size, beside)
-        inside = Law.of(weights, polygons, strips)
+        inside = Law.of(weights, polygons)
         law, sums = np.zeros(len(pairs.points)), np.zeros((3, len(pairs.points)))
 
         def work(k: slice) -> None:
@@ -92,8 +91,6 @@ class Law(NamedTuple):
         The number of each weighted cell among them, -1 of others.
     kept : Strips
         Those of steep cells.
-    strips : int
-        Their number in a cell that reaches from the edge on.
     pieces, sides : int
         The most triangles and sides of a cell.
     """
@@ -102,12 +99,11 @@ class Law(NamedTuple):
     polynomials: ndarray
     number: ndarray
     kept: Strips
-    strips: int
     pieces: int
     sides: int
 
     @classmethod
-    def of(cls, weights: EdgeWeights | None, polygons: Polygons, strips: int) -> Self:
+    def of(cls, weights: EdgeWeights | None, polygons: Polygons) -> Self:
         """Without weights the pressure in the cells is constant."""
         n, sides = len(polygons), int(polygons.sizes.max())
         if weights is None:
@@ -116,11 +112,10 @@ class Law(NamedTuple):
             )
             none = Triangles.none(n)
             kept = Strips.of(none, np.empty((2, 0)), np.empty(0, np.int32))
-            return cls(none, polynomials, number, kept, strips, 0, sides)
+            return cls(none, polynomials, number, kept, 0, sides)
         polynomials, number = inputs(weights.polynomials, weights.number)
         pieces = int(np.diff(weights.triangles.starts).max())
-        kept = weights.strips if strips == STRIPS else weights.strips.emptied()
-        return cls(weights.triangles, polynomials, number, kept, strips, pieces, sides)
+        return cls(weights.triangles, polynomials, number, weights.strips, pieces, sides)
 
 
 @vectorised
@@ -132,7 +127,7 @@ def _near_sums(first, last, pairs, law, outlines, circles, values, sums):
     """
     centroids, size, beside = circles
     polynomials, number, triangles = law.polynomials, law.number, law.triangles
-    room, uniform = strips_room(law.strips, law.pieces), np.empty(0)
+    room, uniform = strips_room(law.kept.most, law.pieces), np.empty(0)
     sides, work = np.empty((law.sides, KNOWN)), (np.empty(TERMS), np.empty(TERMS), np.empty(TERMS))
     own, points = np.empty(LANES, np.int64), np.empty((2, LANES))
     cut, added, logs = np.empty((3, LANES)), np.empty((4, LANES)), np.empty((6, law.sides * LANES))
@@ -151,9 +146,7 @@ def _near_sums(first, last, pairs, law, outlines, circles, values, sums):
                 terms = uniform if near or number[j] < 0 else polynomials[number[j]]
                 count = _sides(j, outlines, terms, middle, size[k], work, sides)
                 if near:
-                    segments = kept_segments(
-                        law.kept, number[j], triangles, j, middle, law.strips, room
-                    )
+                    segments = kept_segments(law.kept, number[j], triangles, j, middle, room)
             while width > 0:
                 full = -(-width // STEP) * STEP
                 add_sides(points[0, :full], points[1, :full], sides, count, logs, added)

@@ -31,7 +31,6 @@ from .cell_dipoles import (
     put_dipoles,
     put_field,
 )
-from .law_strips import STRIPS
 from .near_slopes import NearSlopes
 from .near_sums import NearSums
 from .remainder import Add, add_by_rows
@@ -75,12 +74,10 @@ class SlopeCorrection(ReadOnly):
     fall: Fall
 
     @classmethod
-    def from_slopes(
-        cls, slopes: Slopes, substrate: Substrate, x: ndarray, strips: int = STRIPS
-    ) -> Self:
-        """At points ``x``; ``strips`` is their number in a triangle from the edge on."""
+    def from_slopes(cls, slopes: Slopes, substrate: Substrate, x: ndarray) -> Self:
+        """At points ``x``."""
         every = np.arange(len(slopes.partition))
-        near = NearSums.from_cells(slopes.partition, slopes.weights, every, EXACT_RADII, x, strips)
+        near = NearSums.from_cells(slopes.partition, slopes.weights, every, EXACT_RADII, x)
         return cls.from_sums(slopes, substrate, x, [near])
 
     @classmethod
