@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from .. import __version__
 from ..arguments import checked_instance
@@ -173,8 +173,7 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
         titles = {TITLE if isinstance(body, Footing) else STRUCTURE for body in bodies}
         title = titles.pop() if len(titles) == 1 else SEVERAL
         if isinstance(solution, PunchSolution):
-            footings = [body for body in bodies if isinstance(body, Footing)]
-            parts = _punch_sections(solution, mesh_name, footings)
+            parts = _punch_sections(solution, mesh_name, cast(Footing, bodies[0]))
         else:
             parts = cases_sections(bodies, mesh_name, __version__)
     title = title if details.title is None else details.title
@@ -196,23 +195,20 @@ def _failure(bodies: list[Body]) -> str:
     return "NO SOLUTION" if all(each is None for each in failed) else "NOT CONVERGED"
 
 
-def _punch_sections(
-    solution: PunchSolution, mesh_name: str, footings: list[Footing]
-) -> list[Html]:
-    details = footings[0].details
-    standing = Standing(solution, details.units)
+def _punch_sections(solution: PunchSolution, mesh_name: str, footing: Footing) -> list[Html]:
+    details, standing = footing.details, cast(Standing, footing.standing)
     return [
         warnings_of(standing, details.remarks),
         in_short(solution, standing),
         input_section(solution, standing, mesh_name),
         position_section(solution, standing),
         pressure_section(solution, standing),
-        bearing_of_bodies(footings),
-        NONE if not details.points else points_section(footings),
-        standing_section(standing, footings[0].wanted),
-        sliding_section(footings[0]),
-        depth_of_footing(footings[0]),
+        bearing_of_bodies([footing]),
+        NONE if not details.points else points_section([footing]),
+        standing_section(standing, footing.wanted),
+        sliding_section(footing),
+        depth_of_footing(footing),
         resultant_section(solution, standing),
-        error_section(standing, footings[0].accuracy),
+        error_section(standing, footing.accuracy),
         solver_section([Solved(solution)], __version__, details.units),
     ]

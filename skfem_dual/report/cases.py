@@ -7,7 +7,6 @@ import numpy as np
 
 from ..contact.load import Share
 from ..messages import listed
-from ..solutions.elastic_solution import ElasticSolution
 from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import Body, between
 from .checks import (
@@ -22,7 +21,7 @@ from .checks import (
 from .depth import depth_of_footing
 from .footing import Between, Footing
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, signs_of_moments
-from .numbers import LoadedPlan, Standing
+from .numbers import Standing
 from .page import (
     DASH,
     NONE,
@@ -144,15 +143,13 @@ def _notices(bodies: Sequence[Body]) -> Html:
 def _cautions(body: Body) -> list[Html]:
     """What a reader must know of cases that were found: the first, and how many others."""
     found: dict[str, list[tuple[str, tuple[Any, ...]]]] = {}
-    for name, solution, ok in zip(body.names, body.solutions, body.success, strict=True):
-        if solution is None or not ok:
+    for name, plan, ok in zip(body.names, body.standings, body.success, strict=True):
+        if plan is None or not ok:
             continue
-        if isinstance(solution, ElasticSolution):
-            plan = LoadedPlan(solution, body.details.units)
-            cautions = cautions_of_structure(solution, plan)
-        else:
-            plan = Standing(solution, body.details.units)
+        if isinstance(plan, Standing):
             cautions = cautions_of(plan)
+        else:
+            cautions = cautions_of_structure(plan.solution, plan)
         for parts in (*pulled(plan), *cautions):
             found.setdefault(parts[0], []).append((body.called(name), parts))
     if isinstance(body, Footing) and body.standing is not None:
@@ -363,18 +360,14 @@ def _balance(bodies: Sequence[Body]) -> Html:
     force, moment = units.force.symbol, units.moment.symbol
     names = f"force [{force}]", *(f"first moment along {axis} [{moment}]" for axis in "xy")
     for body in bodies:
-        for name, solution in zip(body.names, body.solutions, strict=True):
-            if solution is None:
+        for name, plan in zip(body.names, body.standings, strict=True):
+            if plan is None:
                 continue
-            if isinstance(solution, ElasticSolution):
-                plan, imposed = LoadedPlan(solution, units), imposed_on(solution)
-            else:
-                plan = standing = Standing(solution, units)
-                imposed = standing.imposed
-            scale = (plan.load or 1.0) * np.array([1.0, *[np.sqrt(plan.plan_area)] * 2])
-            left = np.abs(solution.resultant - imposed) / scale
+            resultant = plan.solution.resultant
+            imposed = plan.imposed if isinstance(plan, Standing) else imposed_on(plan.solution)
+            left = np.abs(resultant - imposed) / plan.scale
             for what, load, found, rest, noise in zip(
-                names, imposed, solution.resultant, left, ROUNDING * scale, strict=True
+                names, imposed, resultant, left, ROUNDING * plan.scale, strict=True
             ):
                 shown = [number(0.0 if abs(v) <= noise else v, 7) for v in (load, found)]
                 pair = map(alone, aligned(shown))
@@ -391,23 +384,21 @@ def _balance(bodies: Sequence[Body]) -> Html:
 
 def _pictures(footing: Footing) -> Html:
     """Mesh and plan, and isobars of the cases that govern."""
-    standing, cases = footing.standing, footing.cases
+    standing = footing.standing
     if standing is None:
         return NONE
     parts = [
         mesh_figure(standing.solution, standing),
         plan_figure(standing, "The plan with its corners", footing.wanted),
     ]
-    numbers = {footing.governing: ["the largest pressure"]} if not cases.success.any() else {}
-    for extreme in cases.envelope() if cases.success.any() else ():
+    numbers = {} if footing.extremes else {footing.governing: ["the largest pressure"]}
+    for extreme in footing.extremes:
         if extreme.quantity == "contact_share" and extreme.value >= 1:
             continue  # that of any case
         numbers.setdefault(extreme.number, []).append(CALLED[extreme.quantity].lower())
     for k, what in numbers.items():
-        solution = cases.solutions[k]
-        if solution is None:
+        if (shown := footing.standings[k]) is None:
             continue
-        shown = Standing(solution, footing.details.units)
-        why = f"Case {cases.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
-        parts.append(isobars_figure(solution, shown, why))
+        why = f"Case {footing.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
+        parts.append(isobars_figure(shown.solution, shown, why))
     return section(titled("Pressure of the governing cases", footing.name), *parts)

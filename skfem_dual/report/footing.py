@@ -167,10 +167,15 @@ class Footing(UnderCases):
         return self.details.accuracy.get(self.name)
 
     @cached_property
+    def standings(self) -> list[Standing | None]:
+        """Of each case; None where it has no solution."""
+        units = self.details.units
+        return [None if s is None else Standing(s, units) for s in self.cases.solutions]
+
+    @property
     def standing(self) -> Standing | None:
         """Of the governing case; None if no case has a solution."""
-        solution = self.cases.solutions[self.governing]
-        return None if solution is None else Standing(solution, self.details.units)
+        return self.standings[self.governing]
 
     @cached_property
     def points(self) -> dict[str, ndarray]:
@@ -207,7 +212,7 @@ class Footing(UnderCases):
     @cached_property
     def lift_off_reserve(self) -> ndarray:
         """Factor on the distance of the resultant from the centroid until it leaves the kern,
-        shape (k,); NaN without kern or resultant."""
+        shape (k,); NaN without kern or resultant, or with the centroid outside the kern."""
         return self._reserve(None if self.standing is None else self.standing.kern)
 
     @cached_property

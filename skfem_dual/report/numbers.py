@@ -204,6 +204,12 @@ class LoadedPlan:
         pulled = self.solution.pressure < 0
         return float(self.solution.punch.partition.areas[pulled].sum())
 
+    @property
+    def scale(self) -> ndarray:
+        """The sum of the pressures, and that times the square root of the area of the plan:
+        measures of forces and of both moments, shape (3,)."""
+        return (self.load or 1.0) * np.array([1.0, *[np.sqrt(self.plan_area)] * 2])
+
 
 @dataclass(frozen=True, eq=False)
 class Standing(LoadedPlan):
@@ -236,11 +242,8 @@ class Standing(LoadedPlan):
 
     @property
     def imbalance(self) -> ndarray:
-        """Residuals of what was imposed over the sum of the pressures, and that times the square
-        root of the area of the plan, shape (3,); NaN where free."""
-        length = np.sqrt(self.plan_area)
-        scale = (self.load or 1.0) * np.array([1.0, length, length])
-        return np.abs(self.solution.resultant - self.imposed) / scale
+        """Residuals of what was imposed over their `scale`, shape (3,); NaN where free."""
+        return np.abs(self.solution.resultant - self.imposed) / self.scale
 
     @cached_property
     def _kern(self) -> tuple[ndarray | None, str]:
