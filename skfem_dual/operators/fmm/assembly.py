@@ -54,12 +54,18 @@ def p2p_blocks(
     """From cells to points, exactly; ``rows`` are the points of each list, and ``place`` where
     each cell is among those of ``near``."""
     layout, starts = Layout.from_lists(rows, lists.starts, lists.items), lists.starts
+    offsets = layout.offsets
+    values = np.empty(offsets[-1], dtype)
 
-    def fill(k: slice, offsets: ndarray, part: ndarray) -> None:
+    def work(k: slice) -> None:
         own, first = place[lists.items[starts[k.start] : starts[k.stop]]], starts[k.start]
+        part = np.empty(offsets[k.stop] - offsets[k.start])
         near.fill(x, rows[:, k], (starts[k.start : k.stop + 1] - first, own), part)
+        values[offsets[k.start] : offsets[k.stop]] = part
 
-    return SparseBlocks(layout, _filled(layout, dtype, fill))
+    with Threads() as run:
+        run(work, len(offsets) - 1)
+    return SparseBlocks(layout, values)
 
 
 def p2l_blocks(
@@ -128,21 +134,3 @@ def first_columns(blocks: SparseBlocks, terms: int, few: int) -> SparseBlocks:
     columns = columns.reshape(-1, terms)[:, :few] // terms * few + np.arange(few)
     layout = Layout.from_lists(rows, starts // terms * few, columns.ravel())
     return SparseBlocks(layout, blocks.values.reshape(-1, terms)[:, :few].ravel())
-
-
-def _filled(
-    layout: Layout, dtype: type, fill: Callable[[slice, ndarray, ndarray], None]
-) -> ndarray:
-    """The entries of all blocks, by ``fill(k, offsets, part)`` for some blocks at a time, whose
-    entries begin at the ``offsets`` in ``part``."""
-    offsets = layout.offsets
-    values = np.empty(offsets[-1], dtype)
-
-    def work(k: slice) -> None:
-        part = np.empty(offsets[k.stop] - offsets[k.start])
-        fill(k, offsets[k.start : k.stop + 1] - offsets[k.start], part)
-        values[offsets[k.start] : offsets[k.stop]] = part
-
-    with Threads() as run:
-        run(work, len(offsets) - 1)
-    return values
