@@ -127,7 +127,7 @@ def checked_place(name: str, value: Any) -> Pair:
     return x, y
 
 
-def checked_circle(name: str, centre: Any, radius: Any) -> tuple[Pair, float]:
+def checked_circle(centre: Any, radius: Any) -> tuple[Pair, float]:
     """Centre and radius of a circle whose points differ from each other.
 
     Raises
@@ -135,10 +135,10 @@ def checked_circle(name: str, centre: Any, radius: Any) -> tuple[Pair, float]:
     TypeError, ValueError
         If the radius is not positive, or the centre more than 1e12 radii from the origin.
     """
-    (x, y), radius = checked_place(name, centre), checked_size("radius", radius)
+    (x, y), radius = checked_place("centre", centre), checked_size("radius", radius)
     if max(abs(x), abs(y)) > FARTHEST * radius:
         raise ValueError(
-            f"expected {name} up to {FARTHEST:g} radii from the origin, got ({x:g}, {y:g}) with a "
+            f"expected centre up to {FARTHEST:g} radii from the origin, got ({x:g}, {y:g}) with a "
             f"radius of {radius:g}: the numbers do not tell its points apart. Remedy: an origin "
             "nearby"
         )

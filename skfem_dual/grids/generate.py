@@ -88,7 +88,7 @@ def disc(
       Number of nodes: 513
       Named boundaries [# facets]: edge [80]
     """
-    middle, radius = checked_circle("centre", centre, radius)
+    middle, radius = checked_circle(centre, radius)
     inscribed = not checked_flag("true_area", true_area)
     mesh = _generate([Circle(middle, radius, inscribed)], size, n, graded, nboundary)
     if not isinstance(graded, str):

@@ -139,7 +139,7 @@ class Plan(ReadOnly):
         >>> print(f"{ring.area / np.pi:.3f}")
         0.750
         """
-        middle, radius = checked_circle("centre", centre, radius)
+        middle, radius = checked_circle(centre, radius)
         outline = Ring.circle(np.array(middle), radius)
         return cls(((outline, _made("holes", holes)),))
 

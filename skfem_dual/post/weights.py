@@ -25,7 +25,7 @@ def smoothing_weights(ratio: float) -> Weights:
     return Weights(1.0, 1.0, D1=ratio, D2=ratio)
 
 
-def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -> Weights:
+def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray) -> Weights:
     """The weights that generalised cross-validation chooses for values with random errors.
 
     In the family A1 = A2 = 1, D1 = D2 = t the score ``|y - S y|^2 / (1 - tr(S)/n)^2`` is
@@ -41,8 +41,6 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
         The couple of grids.
     F, G : (M,) and (N,) array of float, or (M, k) and (N, k)
         Old values; k couples of them share one choice.
-    seed : int
-        Of the random signs, where they are needed.
 
     Returns
     -------
@@ -53,7 +51,7 @@ def gcv_weights(neighbours: Neighbours, F: ndarray, G: ndarray, seed: int = 0) -
     size = max(np.abs(F).max(initial=0.0), np.abs(G).max(initial=0.0))
     if size > 0:  # squares neither vanish nor grow beyond all numbers
         F, G = F / size, G / size
-    trace = _trace(neighbours) if n <= EXACT else _estimate(neighbours, F, G, seed)
+    trace = _trace(neighbours) if n <= EXACT else _estimate(neighbours, F, G)
 
     def score(log_ratio: float) -> float:
         functional = CoupleFunctional(neighbours, smoothing_weights(2.0**log_ratio))
@@ -81,7 +79,7 @@ def _trace(neighbours: Neighbours) -> Callable[[CoupleFunctional], float]:
 
 
 def _estimate(
-    neighbours: Neighbours, F: ndarray, G: ndarray, seed: int
+    neighbours: Neighbours, F: ndarray, G: ndarray
 ) -> Callable[[CoupleFunctional], float]:
     # values as smooth as they may become: without contact many are equal before
     most = CoupleFunctional(neighbours, smoothing_weights(float(RATIOS[-1])))
@@ -89,7 +87,7 @@ def _estimate(
     n = len(values)
     signs = np.empty((n, -(-SIGNS // n) + 3))
     order = np.lexsort(values.reshape(n, -1).T)
-    signs[order] = np.random.default_rng(seed).choice([-1.0, 1.0], signs.shape)
+    signs[order] = np.random.default_rng(0).choice([-1.0, 1.0], signs.shape)
 
     def trace(functional: CoupleFunctional) -> float:
         first = functional.neighbours.alpha.shape[0]
