@@ -8,7 +8,7 @@ from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch
 from skfem_dual.elements.edge_weights import EdgeWeights
-from skfem_dual.elements.wedge_law import across, exponent, wedge_factor
+from skfem_dual.elements.wedge_law import across, bends, exponent, wedge_factor
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.outline import Wedges, edge_ribs, wedges
@@ -44,7 +44,7 @@ def residual(angle, nu, n=24):
     m = np.arange(1, n)
     waves = np.cos(np.outer(m, t))
     logarithm = -np.pi / n * (np.log(2) + 2 * (waves.T / m) @ waves)
-    f = across(angle, angle / 2 * (1 - np.abs(c))) ** -0.5 * np.sin(t)
+    f = across(angle, angle / 2 * (1 - np.abs(c)), *bends(angle)) ** -0.5 * np.sin(t)
     return np.abs((logarithm * singular + np.pi / n * smooth) @ (f / f.mean())).max()
 
 
@@ -65,9 +65,9 @@ def test_no_settlement_under_the_law_of_a_corner(degrees):
 
 def test_shape_at_the_sides_and_without_a_corner():
     near = np.linspace(0, np.pi / 2, 9)
-    assert across(np.pi, near) == pytest.approx(np.sin(near), abs=1e-5)
-    for degrees in (40, 90, 250):
-        assert across(np.radians(degrees), 1e-6) == pytest.approx(1e-6, rel=1e-4)
+    assert across(np.pi, near, *bends(np.pi)) == pytest.approx(np.sin(near), abs=1e-5)
+    for angle in np.radians([40, 90, 250]):
+        assert across(angle, 1e-6, *bends(angle)) == pytest.approx(1e-6, rel=1e-4)
 
 
 def corners_of(mesh):

@@ -60,21 +60,16 @@ def exponent(angle: ndarray) -> ndarray:
     return np.interp(np.degrees(angle), TABLE[:, 0], TABLE[:, 1])
 
 
-def across(angle: float, near: ndarray) -> ndarray:
-    """``f^(-2)`` at angles from the nearer edge, shape (m,)."""
-    return _across(angle, near, *_bends(angle))
-
-
-def _bends(angle: float | ndarray) -> list[ndarray]:
+def bends(angle: float | ndarray) -> list[ndarray]:
+    """c1, c2 and c3, likewise."""
     return [np.interp(np.degrees(angle), TABLE[:, 0], column) for column in TABLE[:, 2:].T]
 
 
-def _across(angle, near, c1, c2, c3):
+@inlined
+def across(angle, near, c1, c2, c3):
+    """``f^(-2)`` at an angle from the nearer edge."""
     square = 4 * near / angle * (1 - near / angle)
     return angle / 4 * square * (1 + square * (c1 + square * (c2 + square * c3)))
-
-
-_across_in_kernels = inlined(_across)
 
 
 def wedge_factor(wedges: Wedges, x: ndarray, distance: ndarray) -> ndarray:
@@ -90,7 +85,7 @@ def wedge_factor(wedges: Wedges, x: ndarray, distance: ndarray) -> ndarray:
         Theirs to the edge.
     """
     angle, factor = wedges.angle, np.ones(x.shape[1])
-    law = np.array([angle, REACH * wedges.reach, 1 - 2 * exponent(angle), *_bends(angle)])
+    law = np.array([angle, REACH * wedges.reach, 1 - 2 * exponent(angle), *bends(angle)])
     _multiply(*inputs(x, distance, wedges.x, wedges.bisector, law), factor)
     return factor
 
@@ -111,6 +106,6 @@ def _multiply(x, distance, corners, bisectors, law, factor):
                 continue
             if near < np.pi / 2:  # sides may be curved
                 near = np.arcsin(min(d / r, 1.0))
-            own = _across_in_kernels(angle, min(near, angle / 2), c1, c2, c3) * r / d
+            own = across(angle, min(near, angle / 2), c1, c2, c3) * r / d
             s = r / reach
             factor[i] *= (own * s**power) ** (1 - s)
