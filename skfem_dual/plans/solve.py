@@ -28,12 +28,10 @@ class PlanSolution(PunchSolution):
     plan: Plan
     accuracy: Accuracy
 
-    def table(self) -> dict[str, str]:
-        """Rows of ``repr`` by their names, without the condition number."""
-        rows = super().table()
-        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
+    def _rows(self) -> dict[str, str]:
+        rows = super()._rows()
         rows.setdefault("Origin", place(self.punch.origin))
-        return rows | {"Accuracy": str(self.accuracy)} | last
+        return rows | {"Accuracy": str(self.accuracy)}
 
 
 def solve_plan(

@@ -210,27 +210,16 @@ class ElasticSolution(CellPressures):
         pressed = self.punch.loads_of(self.footprint) @ self.pressure
         return -pressed if self.punch._upward else pressed
 
-    def table(self) -> dict[str, str]:
-        """Rows of ``repr`` by their names."""
-        rows = super().table()
-        first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
-        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
+    def _position_rows(self) -> dict[str, str]:
         least, most = self.deflection_range
-        structure = {
+        return {
             "Structure": f"{len(self.f)} DOFs of {type(self.punch.structure.elem).__name__}",
             "Deflection": f"{least:.6g} to {most:.6g}",
         }
-        residuals = {
-            "Residuals": (
-                f"equilibrium {self.equilibrium_residual:.0e}, contact "
-                f"{self.complementarity_residual:.0e}"
-            )
-        }
-        return first | structure | rows | residuals | last
 
-    def __repr__(self) -> str:
-        lines = [f"  {name:<18}{value}" for name, value in self.table().items()]
-        return "\n".join(["<skfem_dual ElasticSolution object>", *lines])
+    def _residuals(self) -> str:
+        found, touching = self.equilibrium_residual, self.complementarity_residual
+        return f"equilibrium {found:.0e}, contact {touching:.0e}"
 
 
 def _unbalanced(

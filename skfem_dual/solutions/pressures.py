@@ -1,5 +1,6 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -41,7 +42,7 @@ def checked_solution(name: str, value: Any) -> "CellPressures":
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures(ReadOnly):
+class CellPressures(ReadOnly, ABC):
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -359,7 +360,11 @@ class CellPressures(ReadOnly):
         )
 
     def table(self) -> dict[str, str]:
-        """Rows of ``repr`` by their names, those that all bodies have."""
+        """Rows of ``repr`` by their names, without what may be had on demand."""
+        return self._rows() | self._outcome()
+
+    def _rows(self) -> dict[str, str]:
+        """Those before the outcome."""
         p, e = self.pressure, self.centre_of_pressure
         where = "at no point"
         size = np.ptp(self.footprint.partition.polygons.p, axis=1).max()
@@ -369,13 +374,34 @@ class CellPressures(ReadOnly):
         return {
             "Grid": self.footprint.description,
             "Substrate": str(self.footprint.substrate),
+            **self._position_rows(),
             "Force, acting at": f"{self.force:.6g}, {where}",
             "Contact area": f"{self.contact_area:.6g}",
             "Pressure mean": f"{self.mean_pressure:.6g}",
             "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",
-            "Result": self.message,
-            "Time [s]": ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items()),
+            "Residuals": self._residuals(),
         }
+
+    def _outcome(self) -> dict[str, str]:
+        times = ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())
+        return {"Result": self.message, "Time [s]": times}
+
+    @abstractmethod
+    def _position_rows(self) -> dict[str, str]:
+        """Rows of where the body is."""
+
+    @abstractmethod
+    def _residuals(self) -> str:
+        """How well the equations hold."""
+
+    def _on_demand(self) -> dict[str, str]:
+        """Rows of what takes a few times the solution: once it is known, or how to have it."""
+        return {}
+
+    def __repr__(self) -> str:
+        rows = self._rows() | self._on_demand() | self._outcome()
+        lines = [f"  {name:<18}{value}" for name, value in rows.items()]
+        return "\n".join([f"<skfem_dual {type(self).__name__} object>", *lines])
 
     def plot(self, **options: Any) -> Any:
         """Isobars of the pressure with the edge of contact, drawn with matplotlib.

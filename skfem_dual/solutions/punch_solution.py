@@ -237,9 +237,14 @@ class PunchSolution(CellPressures):
         w = settlement + tilt @ (x - np.array(self.footprint.origin)[:, None])
         return w.reshape(shape)
 
-    def table(self) -> dict[str, str]:
-        """Rows of ``repr`` by their names, without the condition number."""
-        rows = super().table()
+    def _position_rows(self) -> dict[str, str]:
+        rows = self._origin_off_plan | {
+            "Settlement W0": f"{self.settlement:.6g}",
+            "Tilt (Lx, Ly)": f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})",
+        }
+        return rows if self.shear is None else rows | self.shear.table()
+
+    def _residuals(self) -> str:
         points = self.footprint.partition.centroids
         scale = max(np.abs(self.punch_displacement(points)).max(), TINY)
         misfit = abs(self.displacement_residual) / scale
@@ -247,18 +252,7 @@ class PunchSolution(CellPressures):
         size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])
         load = np.abs(self.pressure) @ areas
         residual = np.abs(self.resultant_residual / size).max() / load if load > 0 else 0.0
-        first = {name: rows.pop(name) for name in ("Grid", "Substrate")}
-        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        position = self._origin_off_plan | {
-            "Settlement W0": f"{self.settlement:.6g}",
-            "Tilt (Lx, Ly)": f"({self.tilt[0]:.6g}, {self.tilt[1]:.6g})",
-        }
-        residuals = {
-            "Residuals": f"load {residual:.0e}, displacement {misfit:.0e}",
-        }
-        if self.shear is not None:
-            position |= self.shear.table()
-        return first | position | rows | residuals | last
+        return f"load {residual:.0e}, displacement {misfit:.0e}"
 
     @property
     def _origin_off_plan(self) -> dict[str, str]:
@@ -270,7 +264,6 @@ class PunchSolution(CellPressures):
         return {"Origin": f"{place(self.footprint.origin)}, {off:.3g} off the plan"}
 
     def _on_demand(self) -> dict[str, str]:
-        """Rows of what takes a few times the solution: once it is known, or how to have it."""
         rows = {}
         if "bounds" in self.__dict__:
             name, line = next(iter(self.bounds.lines().items()))
@@ -285,10 +278,3 @@ class PunchSolution(CellPressures):
         elif len(self.pressure) <= DENSE:
             rows["Condition number"] = "see solution.condition_number"
         return rows
-
-    def __repr__(self) -> str:
-        rows = self.table()
-        last = {name: rows.pop(name) for name in ("Result", "Time [s]")}
-        rows |= self._on_demand() | last
-        lines = [f"  {name:<18}{value}" for name, value in rows.items()]
-        return "\n".join([f"<skfem_dual {type(self).__name__} object>", *lines])
