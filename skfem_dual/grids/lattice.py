@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy import ndarray
 
-from ..kernels.once import ReadOnly
+from ..kernels.once import ReadOnly, computed_once
 from .planar import cross
 from .polygons import Polygons, readonly
 
@@ -96,7 +96,7 @@ class Lattice(ReadOnly):
         spacing = float(step[0, 0]), float(step[1, 0])
         return cls((nx, ny), spacing, readonly(places), float(rounding / min(spacing)))
 
-    @property
+    @computed_once
     def full(self) -> bool:
         """Whether all places are taken, by the cells in the order of the places."""
         nx, ny = self.shape

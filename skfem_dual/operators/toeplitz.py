@@ -56,10 +56,6 @@ class Convolution:
     spectrum: ndarray
 
     @computed_once
-    def _full(self) -> bool:
-        return self.lattice.full
-
-    @computed_once
     def _few(self) -> ndarray | None:
         """The matrix, if it multiplies sooner than transforms do."""
         if len(self.lattice) > FEW:
@@ -81,7 +77,7 @@ class Convolution:
     def by_transforms(self, q: ndarray) -> ndarray:
         """Sums under values ``q`` of shape (n,), however few they are."""
         (nx, ny), (mx, my) = self.lattice.shape, self.shape
-        if self._full:
+        if self.lattice.full:
             grid = np.asarray(q, dtype=float).reshape(nx, ny)
         else:
             grid = np.zeros((nx, ny))
@@ -93,7 +89,7 @@ class Convolution:
         waves *= self.spectrum
         waves = scipy.fft.ifft(waves, axis=0, workers=threads, overwrite_x=True)[:nx]
         sums = scipy.fft.irfft(waves, my, axis=1, workers=threads)[:, :ny].ravel()
-        return sums if self._full else sums[self.lattice.places]
+        return sums if self.lattice.full else sums[self.lattice.places]
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,7 +40,7 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
     """Mesh, grid, punch, load, ground."""
     punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
     size, units = standing.size, standing.units
-    kind = "dual cells" if standing.on_dual_cells else "cells of the mesh"
+    kind = "dual cells" if punch.footprint.on_dual_cells else "cells of the mesh"
     points = {"centroid": "centroids of the cells", "node": "nodes of the other grid"}
     rows: list[tuple] = [
         ("Mesh", mesh_name, NONE),

@@ -147,11 +147,6 @@ class LoadedPlan:
         basis = self.solution.punch.basis
         return basis.dual if isinstance(basis, CellwiseBasis) else None
 
-    @property
-    def on_dual_cells(self) -> bool:
-        """Whether the pressures are those of dual cells."""
-        return self.dual is not None and self.solution.punch.basis.grid == "dual"
-
     @cached_property
     def hull(self) -> ndarray:
         """Convex hull of the plan, shape (2, k)."""

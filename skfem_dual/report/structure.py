@@ -125,7 +125,7 @@ def input_rows(
     """What the structure and its plan are."""
     punch, mesh = solution.punch, nodal_mesh(solution.punch.basis)
     structure, elements = punch.structure, punch.structure.mesh
-    kind = "dual cells" if plan.on_dual_cells else "cells of the mesh"
+    kind = "dual cells" if punch.footprint.on_dual_cells else "cells of the mesh"
     return [
         ("Structure", "solid" if punch.boundary is not None else "plate", NONE),
         *_material(plate, plan.units),
