@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy import ndarray
@@ -220,28 +220,12 @@ class RigidBodies(FromFields, ABC):
         contact, position = equations.found(how, start)
         return equations.verified(how, rows, self._rtol, contact, position), position
 
-    def equations(self, system: ContactSystem, constraints: Constraints) -> "Equations":
+    def equations(
+        self, system: ContactSystem, constraints: Constraints
+    ) -> "GroundEquations | FramedSystem":
         """What a ``system`` of the bodies' cells has to obey under loads."""
         of = GroundEquations if constraints.frame is None else FramedSystem
         return of(system, constraints)
-
-
-class Equations(Protocol):
-    """A system of equations under one set of loads."""
-
-    def found(self, how: How, start: ndarray | None, /) -> tuple[Contact, ndarray]:
-        """Contact and positions of the bodies, from pressures to begin with."""
-
-    def verified(
-        self,
-        how: How,
-        exact: ExactRows | None,
-        rtol: float,
-        contact: Contact,
-        position: ndarray,
-        /,
-    ) -> Contact:
-        """The contact, without success where equations, or ``exact`` rows, do not hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,11 +236,11 @@ class GroundEquations:
     constraints: Constraints
 
     def found(self, how: How, start: ndarray | None) -> tuple[Contact, ndarray]:
-        """As of `Equations`."""
+        """Contact and positions of the bodies, from pressures to begin with."""
         return self.system.solve(self.constraints, how, start)
 
     def verified(
         self, how: How, exact: ExactRows | None, rtol: float, contact: Contact, position: ndarray
     ) -> Contact:
-        """As of `Equations`."""
+        """The contact, without success where equations, or ``exact`` rows, do not hold."""
         return Verification(self.system, self.constraints, how, exact, rtol)(contact, position)
