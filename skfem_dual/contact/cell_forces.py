@@ -15,7 +15,8 @@ from scipy.linalg.lapack import dgesv
 
 from ..kernels.compiled import inputs, vectorised
 from ..kernels.once import computed_once
-from .problem import ContactProblem, Product
+from ..operators.iterative import Product
+from .problem import ContactProblem
 
 #: few equations are told apart from singular ones by the determinant over the diagonal
 CLEAR = 1e-8

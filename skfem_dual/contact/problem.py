@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -11,16 +11,11 @@ from ..elements.line_weights import LineWeights
 from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly
+from ..operators.iterative import Product
 from .load import Constraints
 
 #: contact on fewer cells is rough
 DOZEN = 12
-
-
-class Product(Protocol):
-    """A matrix or a LinearOperator."""
-
-    def __matmul__(self, q: ndarray, /) -> ndarray: ...
 
 
 class Contribution(NamedTuple):

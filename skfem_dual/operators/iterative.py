@@ -36,7 +36,7 @@ Search: TypeAlias = Generator[ndarray, Any, tuple[ndarray, tuple[float, ...]]]
 
 
 class Product(Protocol):
-    """What multiplies vectors: an operator, or an approximate inverse of one."""
+    """What multiplies vectors: a matrix, an operator, or an approximate inverse of one."""
 
     def __matmul__(self, q: ndarray, /) -> ndarray: ...
 

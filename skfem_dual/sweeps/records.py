@@ -2,7 +2,6 @@
 
 import copyreg
 import io
-import os
 import pickle
 import struct
 import types
@@ -25,13 +24,13 @@ from ..bodies.group import RigidPunches
 from ..bodies.punch import RigidPunch
 from ..bodies.punches import Punches
 from ..elements.shape_functions import without_functions
+from ..io.writing import PathLike
 
 try:  # dask and loky bring it, and send classes of a script with it
     from cloudpickle import Pickler
 except ImportError:
     from pickle import Pickler
 
-PathLike = str | os.PathLike[str]
 Problem = Callable[..., Any]
 
 MARK = b"skfem_dual sweep\n"

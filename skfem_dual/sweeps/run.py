@@ -16,9 +16,9 @@ from tqdm import tqdm
 from ..arguments import checked_flag, checked_integer, checked_sequence
 from ..errors import ConvergenceWarning, warn
 from ..io.guarded import require_file
+from ..io.writing import PathLike
 from ..messages import one_line, shown
 from .records import (
-    PathLike,
     Problem,
     append,
     fingerprint,
