@@ -308,6 +308,31 @@ def test_many_parts_in_little_memory(monkeypatch):
     assert np.array_equal(check_mesh(MeshTri(p, parts.t)).violated[0].offending, small)
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.0, 2.0])
+def test_crossings_close_to_nodes(turn):
+    """A billionth of the facet away there is one, in the node itself and beyond there is none."""
+    c, s = np.cos(turn), np.sin(turn)
+    for share, crosses in [(1e-9, True), (1e-15, False), (0.0, False), (-1e-9, False)]:
+        for x in (share, 1 - share):
+            p = np.array([(0, 0), (1, 0), (3 * x - 1, 0.5), (3 * x - 1, -0.5)])
+            pair = mesh(p @ [[c, s], [-s, c]], [(0, 1, 2), (0, 1, 3)])
+            assert check_mesh(pair).ok == crosses
+
+
+def test_vertices_on_a_line_but_for_rounding():
+    """Lines in all directions; triangles a ten thousandth of a millionth high are none."""
+    rng = np.random.default_rng(0)
+    a, b = rng.uniform(-1, 1, (2, 2, 500))
+    t = np.arange(1500).reshape(3, -1)
+    on = a + rng.uniform(0.1, 0.9, 500) * (b - a)
+    lines = next(c for c in check_mesh(MeshTri(np.hstack([a, b, on]), t)).violated)
+    assert "positive area" in lines.expected
+    assert len(lines.offending) == 500
+    above = on + 1e-10 * np.stack([a[1] - b[1], b[0] - a[0]])
+    conditions = check_mesh(MeshTri(np.hstack([a, b, above]), t)).conditions
+    assert all(c.ok for c in conditions if "positive area" in c.expected)
+
+
 MESHES = {
     "square": rectangle(6),
     "random": perturbed(rectangle(8), 0.05),

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from plans import annulus, disc, ellipse, perturbed, rectangle
+from skfem import MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, repair
 from skfem_dual.contact.exact import circle_settlement, circle_tilt, ellipse_settlement
@@ -138,3 +139,23 @@ def test_no_error_without_load():
     assert not found.settlement.any()
     assert not found.on_triangles.any()
     assert len(marked(found.on_triangles)) == 0
+
+
+@pytest.mark.parametrize(
+    ("seed", "at"), [(9, (0.0, 0.0)), (0, (-0.00281, -0.00105))], ids=["central", "nearly central"]
+)
+def test_tilts_of_the_mesh_are_no_bracket(seed, at):
+    """The exact tilt is not between two that irregular triangles make of it."""
+    found = estimate(perturbed(disc(2), 0.02, seed), at)
+    exact = circle_tilt(at[1], 1.0, 1.0, 0.25)
+    assert not found.tilt[1, 0] < exact < found.tilt[1, 1]
+    assert not found.bracketed[2]
+
+
+def test_rounding_does_not_tilt():
+    """Of a symmetric punch, however it is turned."""
+    for angle in np.linspace(0, 0.5, 6):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        mesh = disc(2)
+        found = estimate(MeshTri(turn @ mesh.p, mesh.t))
+        assert found.bracketed.tolist() == [True, False, False]

@@ -9,7 +9,7 @@ from marks import slow
 from skfem_dual import DualMesh, Plan
 from skfem_dual.errors import MeshError, MeshWarning
 from skfem_dual.grids.corners import signed_areas
-from skfem_dual.grids.curves import corners_of
+from skfem_dual.grids.curves import along, check_loops, corners_of
 from skfem_dual.grids.general import general_triangulation
 from skfem_dual.grids.generate import annulus, disc, polar, polygon, rectangle
 from skfem_dual.grids.partition import Partition
@@ -410,3 +410,37 @@ def test_small_holes_have_small_triangles_around():
     assert np.degrees(smallest_angles(mesh.p, mesh.t).min()) > 15
     assert area(mesh) == pytest.approx(plan.area, rel=1e-13)
     assert [len(mesh.boundaries[name]) >= 12 for name in ("hole0", "hole1")] == [True, True]
+
+
+@pytest.mark.parametrize("angle", np.linspace(0, 3, 7))
+def test_rings_touch_by_rounding_and_not_from_a_distance(angle):
+    """A corner on a side, a side on a side, and two holes end to end, however turned."""
+    c, s = np.cos(angle), np.sin(angle)
+    for gap, meet in (0.0, True), (1e-10, False):
+        for holes in (
+            [[(0.7, gap), (1.5, 1.0), (0.5, 1.0)]],
+            [[(0.5, gap), (1.5, gap), (1.0, 1.0)]],
+            [
+                [(0.5, 1.0), (1.0 - gap / 2, 1.0), (0.7, 1.5)],
+                [(1.0 + gap / 2, 1.0), (1.5, 1.0), (1.2, 0.5)],
+            ],
+        ):
+            rings = [[(0, 0), (2, 0), (2, 2), (0, 2)], *holes]
+            loops = [np.array([[c, -s], [s, c]]) @ (np.array(ring).T + 0.3) for ring in rings]
+            if meet:
+                with pytest.raises(ValueError, match="neither cross nor touch"):
+                    check_loops(loops)
+            else:
+                check_loops(loops)
+
+
+@pytest.mark.parametrize("rise", [0.0, 1e-15, 1e-12, 1e-6, 0.01])
+def test_parts_of_a_side_by_their_widths(rise):
+    """As many as the integral of 1 / width, of even widths and of linear ones."""
+    x = lambda _, share: np.stack([100 * share, 0 * share])  # noqa: E731
+    width = lambda x: 0.1 * (1 + rise * x[0])  # noqa: E731
+    side, share = along(1, np.array([100.0]), 1, x, width)
+    parts = 10 * np.log(1 + 100 * rise) / rise if rise > 1e-9 else 1000
+    assert len(side) == round(parts)
+    ends = np.log1p(rise * 100 * share) / rise if rise > 1e-9 else 100 * share
+    assert np.diff(ends) == pytest.approx(ends[1], rel=0.02)

@@ -6,11 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from marks import slow
+from scipy.spatial import ConvexHull
 from skfem import CellBasis, ElementTriP1, Functional
 
 from skfem_dual import DualMesh, MeshError, Plan
 from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.preprocess import Quality
+from skfem_dual.plans.sides import Sides
 
 L_SHAPE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
 QUARTER = float(np.tan(np.pi / 8))
@@ -104,6 +106,59 @@ def test_corners_in_any_form(as_given):
     assert Plan.from_polygon(as_given(L_SHAPE)).area == 5.0
     mesh = polygon(as_given(L_SHAPE), n=60)
     assert area(mesh) == pytest.approx(5.0)
+
+
+def test_arcs_that_are_hardly_curved():
+    """Their middles are where those of circles are, however large these become."""
+    for bulge in np.concatenate([[0.0], np.geomspace(1e-16, 1e-3, 40)]):
+        sides = Sides(np.zeros((2, 1)), np.array([[1.0], [0.0]]), np.array([bulge]))
+        middle = sides.at(np.array([0]), np.array([0.5]))[:, 0]
+        assert middle == pytest.approx([0.5, -bulge / 2], abs=1e-8)
+        assert sides.distance(np.array([[0.5], [0.3]])) == pytest.approx(0.3 + bulge / 2, abs=1e-8)
+        assert sides.length == pytest.approx(1 + 2 / 3 * bulge**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("plan", [Plan.circle((1, 2), 3), Plan.from_polygon(STADIUM)])
+def test_points_around_a_convex_plan_span_it(plan):
+    assert ConvexHull(plan.around.T).volume == pytest.approx(plan.area, rel=1e-3)
+    assert (np.abs(plan.centroid - plan.around.mean(axis=1)) < 1).all()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.0, 2.5])
+def test_rings_that_touch_are_refused_and_close_ones_are_none(angle):
+    """Tangent circles, corners on sides and sides on sides, however turned."""
+    turned = lambda corners: moved(corners, angle, 1.0, 0.0)  # noqa: E731
+    outline = turned([(0, 0), (2, 0), (2, 2), (0, 2)])
+    for gap, meet in (0.0, True), (1e-10, False):
+        for hole in (
+            Plan.circle(turned([(1.0, 0.5 + gap)])[0], 0.5),
+            turned([(1.0, gap), (1.5, 1.0), (0.5, 1.0)]),
+            turned([(0.5, gap), (1.5, gap), (1.0, 1.0)]),
+        ):
+            if meet:
+                with pytest.raises(MeshError, match="cross nor touch"):
+                    Plan.from_polygon(outline, holes=[hole])
+            else:
+                assert len(Plan.from_polygon(outline, holes=[hole]).rings) == 2
+
+
+def test_sides_meet_in_their_corner_alone():
+    """Hexagons of straight sides and flat arcs, where these meet at small angles too."""
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        a = np.arange(6) * np.pi / 3 + rng.uniform(-0.2, 0.2, 6) + rng.uniform(0, 1)
+        corners = 1e3 + np.stack([np.cos(a), np.sin(a)]) * rng.uniform(0.9, 1, 6)
+        bulges = rng.choice([0, 0.05, -0.05, 1e-3, -1e-3, -1e-5, 1e-6, 1e-7], 6)
+        assert Plan.from_polygon(corners, bulges=bulges).area > 1
+    # an arc that comes back to the side beside it at once
+    for off, crosses in (1e-5, True), (-1e-5, False):
+        bulge = -np.tan((np.pi / 2 + np.arcsin(off)) / 4)
+        arc = (0.5 + off / 2, np.sqrt(0.25 - off**2 / 4), bulge)
+        if crosses:
+            with pytest.raises(MeshError, match="meeting itself"):
+                Plan.from_polygon([(0, 0), (1, 0), arc])
+        else:
+            assert Plan.from_polygon([(0, 0), (1, 0), arc]).area > 0
 
 
 def test_contains_by_distance():

@@ -338,3 +338,13 @@ def test_cells_in_contact_are_not_to_be_changed():
     for values in (found.contact, found.centre_of_pressure):
         with pytest.raises(ValueError, match="read-only"):
             values[0] = 0
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_origins_beside_the_plan_are_named_in_any_unit(unit):
+    """On a circle they are beside the polygon that stands for it, but not off the plan."""
+    basis = DualMesh.from_mesh(disc(2).scaled(unit)).basis()
+    way = np.array([np.cos(np.pi / 16), np.sin(np.pi / 16)])  # between two corners
+    for away, named in (1.0, False), (1.1, True), (2.0, True), (20.0, True):
+        punch = RigidPunch(UNIT, basis, origin=tuple(away * unit * way))
+        assert ("Origin" in repr(punch.solve(1.0, unilateral=False))) == named

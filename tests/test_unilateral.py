@@ -466,3 +466,25 @@ def test_contact_in_a_row_amid_other_cells(method, at):
     assert s.success
     assert len(s.contact) == 21
     assert np.abs(s.tilt).max() < 1e-10
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, 2.0])
+def test_loads_beside_a_line_of_cells_are_no_rounding(turn):
+    """A millionth of a percent of the load's arm is beside the line, the last digit is on it."""
+    way = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    planes = np.vstack([np.ones(5), way @ [np.linspace(-1, 1, 5), np.zeros(5)]])
+    problem = ContactProblem(np.eye(5) + 0.1, np.ones(5), np.zeros(5), planes, planes, np.zeros(3))
+    for beside, bears in (1e-15, True), (1e-8, False):
+        load = np.array([1.0, *way @ [0.2, beside]])
+        found = active_set(replace(problem, given=load), np.ones(5, dtype=bool))
+        assert found.success == bears
+
+
+def test_a_light_body_beside_a_heavy_one_bears_its_load():
+    """Its pressures are no rounding of those beside it."""
+    planes = np.kron(np.eye(2), np.ones(2))
+    loads = np.array([1.0, 1e-11])
+    problem = ContactProblem(np.eye(4), np.ones(4), np.zeros(4), planes, planes, loads)
+    for found in active_set(problem, np.ones(4, dtype=bool)), conjugate_gradients(problem):
+        assert found.success
+        assert found.pressure == pytest.approx(loads.repeat(2) / 2, rel=1e-9)
