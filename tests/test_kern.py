@@ -67,6 +67,13 @@ def test_origin_and_scale():
     assert found.min(axis=1) == pytest.approx(3 * kern.min(axis=1))
 
 
+@pytest.mark.parametrize("unit", [1e-4, 1e4])
+def test_kern_in_any_unit_of_length(unit):
+    """Of arms that are short or long, whatever a length of one is."""
+    kern, other = punch(rectangle(4)).kern(), punch(rectangle(4).scaled(unit)).kern()
+    assert np.abs(other).max(axis=1) == pytest.approx(unit * np.abs(kern).max(axis=1))
+
+
 def test_shaped_punches_have_none():
     with pytest.raises(ValueError, match="expected a flat punch"):
         punch(disc(2), gap=Paraboloid(1.0)).kern()

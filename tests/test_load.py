@@ -88,6 +88,18 @@ def test_hull_of_few_points_is_that_of_all(seed, n, squareness):
         assert hull.holds(at) == Hull(points[:, ::-1]).holds(at) == (beyond <= 0)
 
 
+def test_hull_of_points_on_turned_sides_far_away():
+    """Corners do not count as points inside, which they are by rounding."""
+    rng = np.random.default_rng(0)
+    for angle in rng.uniform(0, 2 * np.pi, 100):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        points = np.stack([rng.uniform(-1, 1, 150), rng.choice([-1.0, 1.0], 150)])
+        x = turn @ rng.uniform(-1.2, 1.2, 2) + 5e6
+        points = turn @ points + 5e6
+        beyond = (ConvexHull(points.T).equations @ [*x, 1.0]).max()
+        assert Hull(points).beyond(x) == pytest.approx(beyond, abs=1e-8)
+
+
 def test_points_on_a_line_have_no_hull():
     for points in (np.zeros((2, 1)), np.ones((2, 9)), np.array([[0.0, 1, 2], [0, 1, 2]])):
         assert Hull(points).beyond(np.array([5.0, 3.0])) == -np.inf

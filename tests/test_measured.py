@@ -170,3 +170,25 @@ def test_heights_in_memory_are_those_of_a_file(tmp_path):
     cells = CellBasis(MeshQuad.init_tensor(np.arange(5.0), np.arange(6.0)), ElementQuad0())
     with pytest.raises(ValueError, match=r"shape \(4, 5\). Remedy: MeasuredProfile.from_heights"):
         RigidPunch(HalfSpace(1.0, 0.0), cells, gap=heights, origin=(2, 2.5)).solve(1.0)
+
+
+@pytest.mark.parametrize("scattered", [False, True])
+@pytest.mark.parametrize("at", [0.0, 1e6])
+def test_the_last_digit_beyond_the_rim_is_on_it(scattered, at):
+    """On all four sides, of a grid and of scattered points."""
+    corners = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0]])
+    points = np.hstack([corners, X]) if scattered else corners
+    shape = MeasuredProfile(points + at, points[0])
+    rim = np.array([[-1.0, 1.0, 0.2, 0.2], [0.3, 0.3, -1.0, 1.0]])
+    beyond = np.nextafter(rim + at, rim * np.inf) if at else rim * (1 + 1e-15)
+    assert shape(beyond) == pytest.approx(rim[0], abs=1e-8)
+
+
+@pytest.mark.parametrize(("size", "at", "off"), [(0.01, 1e7, 2e-9), (1.0, 0.0, 1e-10)])
+def test_grids_of_rounded_coordinates_are_grids(size, at, off):
+    """Small far away, or written with ten digits: heights are bilinear between them."""
+    x, y = np.meshgrid(*AXES, indexing="ij")
+    places = size * np.stack([x.ravel(), y.ravel()]) + at
+    places += off * np.random.default_rng(0).integers(0, 2, places.shape)
+    shape = MeasuredProfile(places, (x * y).ravel(), in_middles=True)
+    assert shape(size * X + at) == pytest.approx(X[0] * X[1], abs=10 * off / size)

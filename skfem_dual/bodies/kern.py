@@ -53,7 +53,10 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
             "expected pressure on all cells under pure settlement, got none on cell "
             f"{bad[0]}. Remedy: improve the mesh, its cells differ too much from their neighbours"
         )
-    by_moment = unit @ solve_scaled(stiffness, np.eye(3)[:, 1:]) * stiffness[0, 0]
+    # tilts by how far they move the edge of the plan, whatever the unit of length
+    scale = np.diag([1.0, *[1 / np.ptp(partition.polygons.p, axis=1).max()] * 2])
+    tilted = scale @ solve_scaled(scale @ stiffness @ scale, scale[:, 1:])
+    by_moment = unit @ tilted * stiffness[0, 0]
     ratio = (by_moment / unit[:, :1]).T
     ends = np.unique(partition.facets[:, edge_ribs(partition)])
     edge = partition.polygons.p[:, ends]

@@ -296,14 +296,14 @@ class Hull:
         if not along.any() or not len(offsets):
             return self.beyond(x)
         # least t, and least distance d, with normals @ (x + t along) + offsets <= d
-        rate = normals @ along
+        rate, size = normals @ along, np.ptp(self.points, axis=1).max()
         found = scipy.optimize.linprog(
             [0.0, 1.0],
             np.column_stack([rate / np.abs(rate).max(), -np.ones(len(rate))]),
-            -(normals @ x + offsets),
+            -(normals @ x + offsets) / size,
             bounds=[(0, None), (None, None)],
         )
-        return float(found.x[1])
+        return float(size * found.x[1])
 
 
 def require_compression(load: Load, origin: ndarray, hulls: tuple[Hull, Hull], flat: bool) -> None:
@@ -360,7 +360,7 @@ def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> 
     beyond = hulls[0].beyond_ray(point, moved)
     if moved.any() and not hulls[0].sides[1].size:
         return  # pressures on one line: no contact is found, which tells why
-    if beyond > 1e-12 * np.ptp(hulls[0].sides[1]) if moved.any() else beyond > 0:
+    if beyond > 0:
         beyond = beyond if moved.any() else hulls[0].inwards(point)
         raise ValueError(
             f"expected the reaction to a settlement within the plan, got one at {place((x, y))} "

@@ -212,8 +212,9 @@ class MeasuredProfile(FromFields):
         )
         # on the rim but for rounding is not outside
         slack = (0.5 if self.in_middles else 0.0) + OUTSIDE
-        low = np.array([part[0] - slack * (part[1] - part[0]) for part in grid])
-        high = np.array([part[-1] + slack * (part[-1] - part[-2]) for part in grid])
+        digits = 4 * max(np.spacing(np.abs(part).max()) for part in grid)
+        low = np.array([part[0] - slack * (part[1] - part[0]) - digits for part in grid])
+        high = np.array([part[-1] + slack * (part[-1] - part[-2]) + digits for part in grid])
 
         def between(x: ndarray) -> ndarray:
             measured = ((low <= x) & (x <= high)).all(axis=1)
@@ -259,6 +260,7 @@ def _triangulated(x: ndarray, height: ndarray) -> Callable[[ndarray], ndarray]:
     """Heights at points (m, 2), linear in triangles between others (2, n); NaN outside."""
     # Delaunay's circles need the digits that coordinates far from the origin have lost
     middle, scale = x.mean(axis=1), np.ptp(x, axis=1).max()
+    inwards = 1 - max(OUTSIDE, 8 * np.spacing(np.abs(x).max()) / scale)
     linear = scipy.interpolate.LinearNDInterpolator((x.T - middle) / scale, height)
 
     def between(x: ndarray) -> ndarray:
@@ -266,7 +268,7 @@ def _triangulated(x: ndarray, height: ndarray) -> Callable[[ndarray], ndarray]:
         found = linear(at)
         beyond = np.isnan(found)
         if beyond.any():  # on the rim but for rounding is not outside
-            found[beyond] = linear((1 - OUTSIDE) * at[beyond])
+            found[beyond] = linear(inwards * at[beyond])
         return found
 
     return between
