@@ -54,6 +54,7 @@ from skfem_dual import (
     LayeredHalfSpace,
     Paraboloid,
     Plate,
+    Punches,
     RigidPunch,
     trace,
 )
@@ -305,11 +306,27 @@ def test_a_part_without_load_has_no_position():
     bodies = CellBasis(mesh, ElementTriP0())
     punch = ElasticPunch(SOIL, bodies, basis, stiffness)
     of_one = LinearForm(lambda v, w: (w.x[0] < 3.5) * v).assemble(basis)
-    with pytest.warns(ConvergenceWarning, match=r"the part of the structure with cell 24 at"):
-        s = punch.solve(of_one)
-    assert not s.success
+    nothing = r"expected loads on all of the structure, got none on the part .* with cell 24 at"
+    for method in ("auto", "cg", "active-set"):
+        with pytest.raises(ValueError, match=nothing):
+            punch.solve(of_one, method=method)
+    with pytest.raises(ValueError, match="punch 0: " + nothing):
+        Punches([punch]).solve([of_one])
     assert punch.solve(uniform(punch)).success
     assert replace(punch, D=basis.get_dofs(lambda x: x[0] > 3.5)).solve(of_one).success
+
+
+def test_a_part_without_load_beside_one_on_springs():
+    """It was said to pull."""
+    one = MeshTri.init_tensor(np.linspace(0, 3, 5), np.linspace(0, 2, 4))
+    mesh = one + one.translated((4.0, 0.0))
+    basis, stiffness = kirchhoff(mesh)
+    piles = basis.probes(np.array([[0.5, 2.5], [1.0, 1.0]]))
+    bodies = CellBasis(mesh, ElementTriP0())
+    punch = ElasticPunch(SOIL, bodies, basis, stiffness + 10.0 * piles.T @ piles)
+    of_one = LinearForm(lambda v, w: (w.x[0] < 3.5) * v).assemble(basis)
+    with pytest.raises(ValueError, match="got none on the part of the structure with cell 24"):
+        punch.solve(of_one)
 
 
 @pytest.mark.filterwarnings("ignore:the structure bends within cells")

@@ -21,6 +21,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, diags
+from scipy.sparse.csgraph import connected_components
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
@@ -49,6 +50,7 @@ from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..kernels.progress import progress_bars, timed
+from ..messages import place
 from ..operators.compliance import BalancedCompliance, Compliance
 from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
@@ -59,6 +61,9 @@ from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 #: deflections of the ground's surface below so many times the largest are none, and below so many
 #: times what motions make of the structure, but for parts that are so many times as stiff
 AT_REST, IDLE, ALIKE = 1e-8, 1e-6, 1e3
+#: motions that move a cell by less of what they move others are rounding there, and so are loads
+#: of a part of the structure that are less of all loads
+STILL, UNLOADED = 1e-8, 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -303,6 +308,36 @@ class ElasticPunch(Body):
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
 
+    @computed_once
+    def parts(self) -> tuple[ndarray, ndarray]:
+        """Numbers of the parts of the structure that hang together: of each DOF, shape (N,), and
+        of each cell, shape (n,)."""
+        _, part = connected_components(self.compliance.stiffness, directed=False)
+        return readonly(part), readonly(part[np.asarray(abs(self.trace).argmax(axis=1)).ravel()])
+
+    def untold(self, part: ndarray, loads: ndarray) -> str:
+        """What moves without resistance and is not loaded, in words; none if there is no such
+        part. ``loads`` are those of any number of places, each in a part."""
+        load = np.bincount(part, np.abs(loads), self.parts[0].max() + 1)
+        moved = np.abs(self.trace @ self.motions).max(axis=1, initial=0.0)
+        lost = (load <= UNLOADED * load.sum())[self.parts[1]] & (moved > STILL * moved.max())
+        if not lost.any():
+            return ""
+        cell = int(lost.argmax())
+        at = place(self.partition.centroids[:, cell])
+        whole = "the structure"
+        return whole if lost.all() else f"the part of {whole} with cell {cell} at {at}"
+
+    def require_load(self, f: ndarray, held: ndarray) -> None:
+        """Refuse loads, with a ValueError, that leave out a part of the structure of which nothing
+        else tells the position. Without any load all of it stays where it is."""
+        loads = self._effective(f, held) * self.compliance.units
+        if loads.any() and (lost := self.untold(self.parts[0], loads)):
+            raise ValueError(
+                f"expected loads on all of the structure, got none on {lost}, "
+                "and nothing else tells its position. Remedy: its weight, or hold it, D="
+            )
+
     def _moved(self, motions: ndarray) -> float:
         """Deflection of the ground's surface if motions moved its DOFs as far as any others, in
         their units: where structures only slide and turn, that which they cause is rounding."""
@@ -388,6 +423,7 @@ class ElasticPunch(Body):
                 raise ValueError(NO_BALANCE)
 
         if how.unilateral:
+            self.require_load(f, held)
             require_balance(sloped)
         pressures = None if start is None else start.pressures_on(self.footprint)
         rtol = 0.0 if self.rtol is None else self.rtol

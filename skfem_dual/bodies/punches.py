@@ -324,8 +324,10 @@ class Punches(FromFields):
                 if isinstance(punch, RigidPunch):
                     origin, flat = punch.origin - punch.centre, punch.gap is None
                     require_compression(load, origin, punch.footprint.hulls, flat)
-                elif not alone.can_balance(constraints):
-                    raise ValueError(NO_BALANCE)
+                else:
+                    punch.require_load(*load)
+                    if not alone.can_balance(constraints):
+                        raise ValueError(NO_BALANCE)
             except ValueError as error:
                 raise ValueError(f"punch {self.names[i]}: {error}") from None
 

@@ -180,7 +180,7 @@ def _least_motion(stiffness: ndarray, given: ndarray, size: ndarray) -> ndarray:
     if (np.abs(resists @ motion - force) > felt).any():
         raise ConvergenceError(
             "the punch can move without resistance on a few cells on one line. Remedy: smaller "
-            "cells there, a load on every part, or hold parts without one"
+            "cells there"
         )
     return motion / size
 

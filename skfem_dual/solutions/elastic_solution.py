@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import connected_components
 from skfem.assembly.basis import AbstractBasis
 
 from ..contact.pressed import Pressed
@@ -29,8 +28,6 @@ ALONG = 0.1
 #: work of a stiffness on its own motions that is rounding, over the root of the squares of that
 #: of its entries: up to 2 EPS on free plates and solids
 NOISE = 64 * float(np.finfo(float).eps)
-#: motions that move a cell by less of what they move others are rounding there
-STILL = 1e-8
 #: mean deflections of cells farther from those of their middles, over the largest, are told
 BENT = 0.05
 
@@ -258,29 +255,15 @@ def _in_equilibrium(
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
             f"its loads; {cause}"
         )
-    elif moved.any() and (lost := _untold(punch, contact.pressure != 0)).any():
-        which = "the structure"  # without any load it stays where it is
-        if not lost.all():
-            cell = int(lost.argmax())
-            at = place(punch.footprint.partition.centroids[:, cell])
-            which = f"the part of the structure with cell {cell} at {at}"
+    elif moved.any() and (lost := punch.untold(punch.parts[1], contact.pressure)):
+        # without any load it stays where it is
         message = (
-            f"{which} presses on the ground nowhere, and nothing else tells its position. "
+            f"{lost} presses on the ground nowhere, and nothing else tells its position. "
             "Remedy: loads that press it on the ground, or hold more of it, D="
         )
     else:
         return contact
     return replace(contact, success=False, message=message)
-
-
-def _untold(punch: Any, pressed: ndarray) -> ndarray:
-    """Cells of parts of the structure that move without resistance and press on the ground
-    nowhere, (n,) array of bool."""
-    _, part = connected_components(punch.compliance.stiffness, directed=False)
-    part = part[np.asarray(abs(punch.trace).argmax(axis=1)).ravel()]
-    moved = np.abs(punch.trace @ punch.motions).max(axis=1, initial=0.0)
-    resting = np.bincount(part, pressed) > 0
-    return ~resting[part] & (moved > STILL * moved.max())
 
 
 def _warn_if_bent(punch: Any, cells: Any, displacement: ndarray, touching: ndarray) -> None:
