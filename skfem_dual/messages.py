@@ -70,18 +70,22 @@ def shortened(text: str, most: int) -> str:
 def one_line(text: str, length: int) -> str:
     """``text`` in one line; where it is longer than ``length``, its middle is left out.
 
-    The remedy at its end stays, or two thirds of the length of it.
+    The remedy at its end stays, with the place before it, or two thirds of the length of it.
 
-    >>> one_line("expected this, got that and that. Remedy: mend it", 40)
-    'expected this, got t ... Remedy: mend it'
+    >>> one_line("expected this in a.csv, got that at (1, 2). Remedy: mend it", 50)
+    'expected this ... that at (1, 2). Remedy: mend it'
     """
     text = " ".join(text.split())
     if len(text) <= length:
         return text
-    remedy = text.rfind("Remed")
-    tail = text[remedy:] if remedy >= 0 else text[-(length // 3) :]
-    if len(tail) > 2 * length // 3:
-        tail = f"{tail[: 2 * length // 3 - 4]} ..."
+    remedy, most = text.rfind("Remed"), 2 * length // 3
+    if remedy < 0:
+        tail = text[-(length // 3) :]
+    elif len(text) - remedy > most:
+        tail = f"{text[remedy:][: most - 4]} ..."
+    else:
+        tail = text[-most:]
+        tail = tail[max(tail.find(" ", 0, tail.find("Remed")), 0) :]  # whole words
     return f"{text[: length - len(tail) - 5].rstrip()} ... {tail.lstrip()}"
 
 

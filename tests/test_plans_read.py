@@ -400,6 +400,8 @@ def test_rows_of_corners_may_end_before_an_empty_bulge(tmp_path):
     path = tmp_path / "stadium.csv"
     path.write_text("no,x,y,bulge\n1,0,0\n2,4,0,1\n3,4,2,,\n4,0,2,1,\n")
     assert Plan.read(path).area == pytest.approx(8 + np.pi)
+    path.write_text("sep=;\nx;y;bulge;name\n0;0;-;A\n4;0;1;B\n4;2;–;C\n0;2;1;\n", encoding="utf-8")
+    assert Plan.read(path).area == pytest.approx(8 + np.pi)
 
 
 def test_polylines_that_were_smoothed(tmp_path):

@@ -186,6 +186,18 @@ def test_elements_without_second_derivatives_are_no_plate(loaded):
         RAFT.moments(dataclasses.replace(loaded, punch=other, displacement=np.zeros(mixed.N)))
 
 
+def test_files_of_fine_structures_say_nothing(tmp_path, caplog):
+    """scikit-fem logs that it puts more than a thousand vertices in order."""
+    fine = CellBasis(rectangle(n=1100), ElementTriMorley())
+    cells = DualMesh.from_mesh(rectangle(n=40)).basis()
+    raft = ElasticPunch(SOIL, cells, fine, RAFT.stiffness(fine))
+    solution = raft.solve(column_load(fine, (0.0, 0.0), 1.0), unilateral=False)
+    caplog.clear()
+    write_structure(tmp_path / "raft.vtu", solution)
+    assert fine.mesh.nvertices > 1000
+    assert not [record for record in caplog.records if record.name.startswith("skfem")]
+
+
 def test_plates_that_the_structure_is_not(loaded, tmp_path):
     """Moments of another plate are refused; walls leave the plate a part of the structure."""
     for other in (dataclasses.replace(RAFT, thickness=0.8), dataclasses.replace(RAFT, young=50e6)):

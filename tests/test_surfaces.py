@@ -46,6 +46,38 @@ def test_text(tmp_path, separator, header):
     check(MeasuredProfile.read(scattered))
 
 
+@pytest.mark.parametrize(
+    ("header", "order", "sizes"),
+    [
+        ("y,x,z", [1, 0, 2], (None, None, None)),
+        ("height [um];Easting [m];Northing / cm", [2, 0, 1], (1e-6, 1.0, 1e-2)),
+        ("x [mm] y [mm] z [nm]", [0, 1, 2], (1e-3, 1e-3, 1e-9)),
+        ("x,z [mm],y", [0, 2, 1], (None, 1e-3, None)),
+        ("a,b,c [\u03bcm]", [0, 1, 2], (None, None, 1e-6)),
+    ],
+)
+@pytest.mark.parametrize(("unit", "own"), [("m", 1.0), ("um", 1e-6)])
+def test_headings_tell_columns_and_units(tmp_path, header, order, sizes, unit, own):
+    """They were left out unread: x for y, and micrometres for millimetres."""
+    rows = np.vstack([points().reshape(2, -1), HEIGHTS.ravel()]).T[:, order]
+    written = rows * [1.0 if size is None else own / size for size in sizes]
+    path, mark = tmp_path / "points.csv", next((m for m in ";," if m in header), " ")
+    np.savetxt(
+        path, written, delimiter=mark, header=header, comments="", fmt="%.17g", encoding="utf-8"
+    )
+    check(MeasuredProfile.read(path, unit=unit))
+
+
+def test_headings_of_grids_tell_a_unit(tmp_path):
+    path = tmp_path / "grid.csv"
+    path.write_text("first [mm],second [mm]\n1,2\n3,4\n")
+    grid = MeasuredProfile.read(path, 1.0, peaks=False)
+    assert grid([[0.5], [1.5]]) == pytest.approx(2e-3)
+    path.write_text("x [kN],y,z\n1,2,3\n4,5,6\n7,9,9\n")
+    with pytest.raises(ValueError, match=r"a unit of length, mm, .* got 'kN'"):
+        MeasuredProfile.read(path)
+
+
 def test_three_lines_of_heights_with_spacing_are_a_grid(tmp_path):
     file = tmp_path / "three.csv"
     np.savetxt(file, HEIGHTS.T, delimiter=",")

@@ -25,8 +25,8 @@ from ..messages import apart, place, shown
 
 #: points so many distances of heights beyond a grid of them are on its rim
 OUTSIDE = 1e-9
-#: other ways to write µm: without the sign, and with the Greek letter that looks like it
-MICROMETRES = "um", "\u03bcm"
+#: µm, and other ways to write it: without the sign, and with the Greek letter that looks like it
+MICROMETRES = "µm", "um", "\u03bcm"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +98,8 @@ class MeasuredProfile(FromFields):
         path : path
             ``.npy``, or ``.csv`` and ``.txt``: with ``spacing`` a grid of heights, the first index
             (of a text the line) along x and the second along y; without it three columns x, y
-            and height. All other formats, ``.x3p`` and ``.sdf`` among them, through
-            SurfaceTopography, with the spacing of the file.
+            and height, or as headings of x and y tell. All other formats, ``.x3p`` and ``.sdf``
+            among them, through SurfaceTopography, with the spacing of the file.
         spacing : float or pair of float, optional
             Distances of the heights along x and along y, or one for both.
         origin : pair of float
@@ -108,7 +108,8 @@ class MeasuredProfile(FromFields):
             plans may cover all of it.
         unit : str
             The unit wanted, "m", "mm" or "µm", also as "um"; files that tell theirs, as ``.x3p``
-            does, are changed to it. The others are taken as they are.
+            does and columns with headings such as ``z [um]``, are changed to it. The others are
+            taken as they are.
         peaks : bool
             Whether the highest points touch first, as of a surface measured face up that is then
             turned over: the gap is the largest height less the height. If not, heights are gaps.
@@ -124,7 +125,7 @@ class MeasuredProfile(FromFields):
 
         peaks = checked_flag("peaks", peaks)
         if isinstance(unit, str) and unit in MICROMETRES:
-            unit = "µm"
+            unit = MICROMETRES[0]
         checked_choice("unit", unit, ("m", "mm", "µm"))
         x, height = read_heights(path, spacing, checked_pair("origin", origin), unit)
         return cls(x, height.max() - height if peaks else height, in_middles=height.ndim == 2)

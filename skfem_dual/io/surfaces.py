@@ -6,10 +6,11 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import Pair
-from ..contact.measured import checked_spacing, middles
+from ..contact.measured import MICROMETRES, checked_spacing, middles
 from ..messages import one_line
+from ..units import LENGTHS
 from .guarded import require_file, text_of
-from .tables import cells_of, make_numbers
+from .tables import COORDINATES, Heading, cells_of, make_numbers, parted_heads
 from .writing import PathLike
 
 #: separators between the numbers of a text that are tried: the first that is in its first line
@@ -21,6 +22,12 @@ REMEDY = (
     "one decimal mark in all of it, a comma only between semicolons or tabs, and a number where "
     "nothing was measured"
 )
+
+#: units of length in metres
+SIZES = {name: size for name, (size, _) in LENGTHS.items()} | {
+    **dict.fromkeys(MICROMETRES, 1e-6),
+    "nm": 1e-9,
+}
 
 Points = ndarray | tuple[ndarray, ndarray]
 
@@ -36,7 +43,7 @@ def read_heights(
     if kind == ".npy":
         values = _array(file)
     elif kind in (".csv", ".txt"):
-        values = _text(file)
+        values = _arranged(*_text(file), file, unit, points=spacing is None)
     else:
         values, inside = _topography(file, unit)
         spacing = spacing or inside
@@ -86,26 +93,26 @@ def _array(file: Any) -> ndarray:
     return values.astype(float)
 
 
-def _text(file: Any) -> ndarray:
-    """Numbers of a text, in columns; a first line of words is skipped, and what begins with #."""
-    text = text_of(file)
+def _text(file: Any) -> tuple[ndarray, list[Heading]]:
+    """Numbers of a text, in columns, and their headings if a first line of words has some; what
+    begins with # is skipped."""
+    text, heads = text_of(file), []
     try:
         numbered = enumerate(text.splitlines(), 1)
         lines = {k: line for k, line in numbered if line.strip() and line.lstrip()[0] != "#"}
         first = next(iter(lines.values()), "")
         separator = next((mark for mark in SEPARATORS if mark in first), None)
-        if _is_heading(first.split(separator)):
-            lines = dict(list(lines.items())[1:])
+        if _is_heading(cells := parted_heads(first, separator)):
+            lines, heads = dict(list(lines.items())[1:]), [Heading.of(cell) for cell in cells]
         if not lines:
             raise ValueError("there are none")
         if separator in (";", "\t") and any("," in line for line in lines.values()):
             rows = [(f"line {k}", cells_of(line, separator)) for k, line in lines.items()]
             make_numbers(rows, range(max(len(cells) for _, cells in rows)), separator)
-            return np.loadtxt(
-                [separator.join(cells) for _, cells in rows], delimiter=separator, ndmin=2
-            )
+            joined = [separator.join(cells) for _, cells in rows]
+            return np.loadtxt(joined, delimiter=separator, ndmin=2), heads
         try:
-            return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2)
+            return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2), heads
         except ValueError:
             _require_numbers(lines, separator)  # tells where
             raise
@@ -115,6 +122,31 @@ def _text(file: Any) -> ndarray:
             f"expected numbers in columns in {file}: {one_line(why, 160).rstrip('.')}. Remedy: "
             + (remedy or REMEDY)
         ) from error
+
+
+def _arranged(
+    values: ndarray, heads: list[Heading], file: Any, unit: str, *, points: bool
+) -> ndarray:
+    """Numbers in a unit, as far as headings tell theirs; of ``points`` in the order x, y, height.
+
+    Raises
+    ------
+    ValueError
+        If a unit is none of length.
+    """
+    if len(heads) != values.shape[1]:
+        return values
+    for head in heads:
+        if head.unit and head.unit not in SIZES:
+            raise ValueError(
+                f"expected a unit of length, {', '.join(SIZES)}, in the headings of {file}, got "
+                f"{head.unit!r}"
+            )
+    values = values * [SIZES[head.unit] / SIZES[unit] if head.unit else 1.0 for head in heads]
+    found = [COORDINATES.get(head.name) for head in heads]
+    if points and len(found) == 3 and found.count(0) == found.count(1) == 1:
+        values = values[:, [found.index(0), found.index(1), found.index(None)]]
+    return values
 
 
 def _is_heading(cells: list[str]) -> bool:

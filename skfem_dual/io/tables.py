@@ -34,6 +34,13 @@ HEADING_LINES = 20
 HEADING = re.compile(r"(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|/\s*(\S+)|\sin\s+(\S+))?\s*")
 
 
+#: names of columns of coordinates, in lower case
+COORDINATES = {
+    **dict.fromkeys(("x", "easting", "rechtswert"), 0),
+    **dict.fromkeys(("y", "northing", "hochwert"), 1),
+}
+
+
 class Heading(NamedTuple):
     """Name of a column in lower case, and its unit, if it has one."""
 
@@ -52,6 +59,17 @@ class Heading(NamedTuple):
         unit = next((unit.strip() for unit in units if unit), "")
         name = name.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
         return cls(" ".join(name.lower().split()), "" if unit in ("-", "–", "1") else unit)
+
+
+def parted_heads(line: str, delimiter: str | None) -> list[str]:
+    """The headings of a line, parted by a mark or by blanks: units after blanks belong to those
+    before, and empty ones at the end are none."""
+    if delimiter in (None, " "):
+        line, delimiter = re.sub(r"\s+(?=[\[(])", "", line), None
+    heads = line.split() if delimiter is None else cells_of(line, delimiter)
+    while heads and not heads[-1]:
+        heads.pop()
+    return heads
 
 
 def read_table(

@@ -5,7 +5,16 @@ from pathlib import Path
 
 from ..errors import MeshError
 from ..io.guarded import text_of
-from ..io.tables import Heading, cells_of, delimiter_of, make_numbers, written_number
+from ..io.tables import (
+    COORDINATES,
+    SEPARATOR,
+    Heading,
+    cells_of,
+    delimiter_of,
+    make_numbers,
+    parted_heads,
+    written_number,
+)
 from ..messages import one_line
 
 #: x, y and the bulge of the side that starts there
@@ -24,11 +33,9 @@ COLUMNS = 2, 3
 #: marks beside which commas are decimal, and what empty lines consist of
 MARKS, EMPTY = ";\t", ",; \t"
 #: names of columns in a header, in any case; others are left out
-NAMES = {
-    **dict.fromkeys(("x", "easting", "rechtswert"), 0),
-    **dict.fromkeys(("y", "northing", "hochwert"), 1),
-    "bulge": 2,
-}
+NAMES = COORDINATES | {"bulge": 2}
+#: what stands in a cell for nothing
+DASHES = "-", "–"
 
 
 def rings_of_table(text: str, path: object) -> list[list[Corner]]:
@@ -39,13 +46,12 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
     MeshError
         If there are none, or a line is not one of numbers; it tells which.
     """
-    lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
-    lines = [(i, line) for i, line in lines if not line.startswith("#")]
+    lines = _lines(text)
     filled = [line for _, line in lines if line.strip(EMPTY)]
     if not filled:
         raise MeshError(f"expected corners in {path}, got an empty file")
     delimiter = _delimiter(filled[0])
-    heads = _heads(filled[0], delimiter)
+    heads = parted_heads(filled[0], delimiter)
     columns = _columns(heads)
     if len(units := _units(heads, columns)) > 1:
         raise MeshError(
@@ -74,9 +80,8 @@ def rings_of_table(text: str, path: object) -> list[list[Corner]]:
 
 def unit_of_table(path: Path) -> str | None:
     """Unit of the coordinates by the header of a table of corners, if it has one."""
-    lines = (line.strip() for line in text_of(path).splitlines())
-    first = next((line for line in lines if line.strip(EMPTY) and not line.startswith("#")), "")
-    fields = _heads(first, _delimiter(first))
+    first = next((line for _, line in _lines(text_of(path)) if line.strip(EMPTY)), "")
+    fields = parted_heads(first, _delimiter(first))
     return next(iter(_units(fields, _columns(fields))), None)
 
 
@@ -99,6 +104,14 @@ def corners_of_text(text: str) -> list[Corner]:
     return [_corner(item, f"the corners, number {i}", IN_TEXT) for i, item in enumerate(items, 1)]
 
 
+def _lines(text: str) -> list[tuple[int, str]]:
+    """Numbers of lines and what they say, without remarks and what Excel is told first."""
+    numbered = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
+    if numbered and SEPARATOR.match(numbered[0][1]):
+        numbered = numbered[1:]
+    return [(i, line) for i, line in numbered if not line.startswith("#")]
+
+
 def _delimiter(line: str) -> str:
     """What parts the columns: a mark, or blanks."""
     mark = delimiter_of(line)
@@ -108,17 +121,6 @@ def _delimiter(line: str) -> str:
 def _fields(line: str, delimiter: str) -> list[str]:
     """The columns of a line."""
     return line.split() if delimiter == " " else cells_of(line, delimiter)
-
-
-def _heads(line: str, delimiter: str) -> list[str]:
-    """The headings of a table if the line has some: units after blanks belong to those before,
-    and empty ones at the end are none."""
-    if delimiter == " ":
-        line = re.sub(r"\s+(?=[\[(])", "", line)
-    fields = _fields(line, delimiter)
-    while fields and not fields[-1]:
-        fields.pop()
-    return fields
 
 
 def _columns(fields: list[str]) -> list[int]:
@@ -160,7 +162,7 @@ def _units(heads: list[str], columns: list[int]) -> list[str]:
 
 def _corner(fields: list[str], where: str, remedy: str) -> Corner:
     shown = one_line(repr(",".join(fields)), 60)
-    while len(fields) > COLUMNS[0] and not fields[-1]:
+    while len(fields) > COLUMNS[0] and (not fields[-1] or fields[-1] in DASHES):
         fields = fields[:-1]
     try:
         values = tuple(map(written_number, fields))

@@ -9,6 +9,7 @@ from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
 from ..elements.point_values import vertex_values
 from ..elements.shape_functions import place_worked_on
+from ..kernels.compiled import inputs
 from .elastic_solution import ElasticSolution
 
 #: meshes by their vertices; those of higher order are of these kinds too
@@ -55,7 +56,8 @@ class DisplacedStructure:
             )
         t = basis.mesh.t if basis.tind is None else basis.mesh.t[:, basis.tind]
         used, t = np.unique(t, return_inverse=True)
-        mesh = kind(basis.mesh.p[:, used], t.reshape(len(basis.mesh.t), -1), sort_t=False)
+        p, t = inputs(basis.mesh.p[:, used], t.reshape(len(basis.mesh.t), -1))
+        mesh = kind(p, t, sort_t=False)  # rows in a row, or scikit-fem logs a warning
         if mesh.dim() == 3:
             own = punch.contact_basis
             level = float(own.mesh.p[2, own.mesh.facets[:, own.find]].mean())
