@@ -1,5 +1,6 @@
 """Shaped bodies that press over the edge of their plan."""
 
+import contextlib
 from itertools import pairwise
 
 import numpy as np
@@ -12,11 +13,15 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad
 from skfem_dual import (
     DualMesh,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
     Paraboloid,
+    Plan,
     Punches,
     RigidPunch,
     RigidPunches,
     load_path,
+    solve_plan,
 )
 from skfem_dual.contact.edges import presses_over
 from skfem_dual.errors import ResolutionWarning
@@ -165,3 +170,53 @@ def test_cells_too_thin_for_the_law_of_the_edge():
     constant = RigidPunch(HalfSpace(1.0, 0.0), punch.basis, edge="constant")
     exact = ellipk(1 - 1e-6) / np.pi
     assert constant.solve(1.0, unilateral=False).settlement == pytest.approx(exact, rel=2e-2)
+
+
+def crust(ratio):
+    """A layer a fifth as thick as the radius of a disc of one on ground so many times softer."""
+    return LayeredHalfSpace([Layer(0.2, 1.0, 0.3)], HalfSpace(1 / ratio, 0.3))
+
+
+def test_contact_narrower_than_a_cell_on_a_crust():
+    """Settlement and area by 800 rings in equilibrium, found from Hankel's integrals."""
+    exact, area = 28.7130, 0.1208
+    with pytest.warns(ResolutionWarning, match="hardly anywhere wider than one"):
+        even = RigidPunch(crust(100), DualMesh.from_mesh(generate.disc(n=300)).basis()).solve(1.0)
+    assert even.success
+    assert even.contact_area > 2 * area
+    graded = generate.disc(n=500, graded="quadratic")
+    fine = RigidPunch(crust(100), DualMesh.from_mesh(graded).basis()).solve(1.0)
+    assert fine.settlement == pytest.approx(exact, rel=2e-4)
+    assert fine.contact_area == pytest.approx(area, rel=0.3)
+
+
+@pytest.mark.slow
+def test_plans_on_crusts_are_solved_on_cells_narrower_than_contact():
+    plan = Plan.circle((0.0, 0.0), 1.0)
+    solution = solve_plan(plan, crust(100), 1.0, accuracy=3e-3)
+    assert solution.accuracy.reached
+    assert solution.settlement == pytest.approx(28.7130, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("grid", "n", "ratio", "error", "warned"),
+    [
+        ("dual", 300, 50, 6e-3, False),
+        ("dual", 700, 100, 6e-3, False),
+        ("triangles", 300, 50, 5e-2, True),
+        ("triangles", 300, 1000, 2e-1, True),
+    ],
+)
+def test_a_crust_pulls_in_truth(grid, n, ratio, error, warned):
+    """By up to 6.5 times the mean pressure; settlements by Fredholm's equation."""
+    exact = {50: 15.2981, 100: 28.1111, 1000: 193.061}[ratio]
+    dual = DualMesh.from_mesh(generate.disc(n=n))
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    punch = RigidPunch(crust(ratio), basis)
+    with contextlib.ExitStack() as stack:
+        if warned:
+            stack.enter_context(
+                pytest.warns(ResolutionWarning, match="too coarse for a crust. Remedy: smaller")
+            )
+        solution = punch.solve(1.0, unilateral=False)
+    assert solution.settlement == pytest.approx(exact, rel=error)

@@ -20,6 +20,7 @@ from ..errors import MeshError, ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..ground.stratified import Stratified
 from ..kernels.once import FromFields, computed_once, freeze
 
 #: shapes farther from the ground than so many times what they vary by lose their digits
@@ -243,7 +244,12 @@ class Movable(Body):
         """Warn where pressures under a mere settlement show that the law of the edge fails."""
         if self.weights is None:
             return
-        if message := pulling(self.partition.areas, self.system.unit_pressures[:, 0]):
+        areas, pressure = self.partition.areas, self.system.unit_pressures[:, 0]
+        message = pulling(areas, pressure)
+        if message and isinstance(self.footprint.substrate, Stratified):
+            constant = replace(cast(Any, self), edge="constant").system.unit_pressures[:, 0]
+            message = pulling(areas, pressure, constant)
+        if message:
             warn(message, ResolutionWarning)
 
     @property

@@ -9,7 +9,7 @@ from numpy import ndarray
 from skfem import CellBasis
 
 from ..arguments import Pair, checked_flag, checked_instance
-from ..contact.edges import EdgeBoundaries
+from ..contact.edges import EdgeBoundaries, narrow
 from ..contact.footprint import Collocation, Edge, Footprint
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
 from ..contact.motions import holding
@@ -19,6 +19,7 @@ from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist
+from ..errors import ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
@@ -333,12 +334,19 @@ class RigidPunch(Movable, RigidBodies):
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(load, how, contact.pressure, progress)
         warn_of(contact)
-        if contact.success and not how.unilateral:
-            self.warn_of_pulling()
+        if contact.success:
+            self._warn_of(contact.touching, how.unilateral)
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
         _ = solution.shear  # what does not hold is told now
         return solution
+
+    def _warn_of(self, touching: ndarray, unilateral: bool) -> None:
+        """Warn of what the law of the edge cannot tell on these cells."""
+        if not unilateral:
+            self.warn_of_pulling()
+        elif self.gap is None and (message := narrow(self.partition, touching)):
+            warn(message, ResolutionWarning)
 
     def solve_many(
         self,

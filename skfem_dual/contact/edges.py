@@ -14,15 +14,22 @@ from ..grids.partition import Partition
 from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
 from ..messages import shown
+from .problem import DOZEN
 
 EdgeBoundaries = str | Sequence[str] | Sequence[int] | ndarray
 
 #: part of the cells in contact that has contact all around: where less has, as on rough shapes, no
 #: law of a line or of an edge holds, and pressures are up to twice as far off with one
 INNER = 0.4
+#: and part up to which contact is hardly wider than a cell: 0 to 0.1 on crusts, 0.2 and more where
+#: punches on homogeneous ground lift off
+NARROW = 0.15
 #: part of the load on the cells at the edge up to which it does not matter that pressures grow
 #: there; it falls like the root of their size
 COUNTS = 0.01
+#: how many times as much as constant cells others pull on stratified ground where they fail: discs
+#: and squares of 150 to 2000 cells on crusts of 20 to 10 000 times the modulus below
+BEYOND = 1.2
 
 
 def weights_of(
@@ -49,6 +56,18 @@ def inner_share(partition: Partition, inside: ndarray) -> float:
     return float(inner.sum() / max(inside.sum(), 1))
 
 
+def narrow(partition: Partition, touching: ndarray) -> str:
+    """A warning if a flat punch touches along lines of cells hardly wider than one, as on a stiff
+    crust that bends away from it inside: contact may be far narrower than they are."""
+    if touching.all() or touching.sum() < DOZEN or inner_share(partition, touching) > NARROW:
+        return ""
+    return (
+        f"contact on {touching.sum()} of {len(touching)} cells is hardly anywhere wider than one: "
+        "its area, which may be many times too large, and the position are rough. Remedy: "
+        "refine_to_contact(), or cells graded to the edge"
+    )
+
+
 def presses_over(partition: Partition, pressure: ndarray) -> bool:
     """Whether mean pressures of shape (n,) grow to the edge of the plan, as under a flat punch.
 
@@ -69,18 +88,31 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
     return bool(counts and at_edge * areas[beside].sum() > inside * areas[rim].sum())
 
 
-def pulling(areas: ndarray, pressure: ndarray) -> str:
+def pulling(areas: ndarray, pressure: ndarray, constant: ndarray | None = None) -> str:
     """A warning if pressures under a mere settlement, (n,), pull by more than they press in the
-    mean: cells too thin for the law of the edge make its equations nearly singular."""
+    mean: cells too thin for the law of the edge make its equations nearly singular.
+
+    Beside a stiff crust the ground does so in truth, and ``constant`` pressures in the cells too.
+    """
     mean = pressure @ areas / areas.sum()
     if pressure.min() >= -abs(mean):
         return ""
+    cause = "cells too long and thin for the law of the edge"
+    remedy = 'edge="constant", or cells about as long as wide'
+    if constant is not None:
+        true = constant.min() / (constant @ areas / areas.sum())
+        if pressure.min() / mean > BEYOND * min(true, -1.0):
+            return ""
+        cause, remedy = (
+            f"{cause}, or too coarse for a crust",
+            "smaller cells about as long as wide",
+        )
     pulled = np.nonzero(pressure < 0)[0]
     return (
         f"under a mere settlement the ground would have to pull on {len(pulled)} cells, "
         f"the first {pulled[:5].tolist()}, by up to {abs(pressure.min() / mean):.3g} times "
-        "the mean pressure: positions and stiffness are off; likely cause: cells too long and "
-        'thin for the law of the edge. Remedy: edge="constant", or cells about as long as wide'
+        f"the mean pressure: positions and stiffness are off; likely cause: {cause}. "
+        f"Remedy: {remedy}"
     )
 
 
