@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from marks import slow
 from random_plans import KINDS, error, in_plan, random_case, random_plan
+from scipy.spatial import ConvexHull
 
 from skfem_dual import (
     DualMesh,
@@ -23,6 +24,8 @@ from skfem_dual.contact.load import Load
 from skfem_dual.elements.resolution import crusted
 from skfem_dual.plans.search import Problem, governing
 from skfem_dual.plans.solve import reached
+from skfem_dual.report.bodies import bodies_of
+from skfem_dual.report.details import Details
 
 SOIL = HalfSpace(30e6, 0.25)
 
@@ -326,3 +329,33 @@ def test_horizontal_loads_on_a_circle():
     assert found.accuracy.reached
     assert found.shear.displacement[0] == pytest.approx(1.7 * 0.1 / (16 * shear), rel=1e-3)
     assert found.shear.twist == pytest.approx(3 * 0.05 / (16 * shear * 8), rel=2e-3)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 4.0])
+def test_largest_settlements_of_round_plans(angle):
+    """Nodes on arcs lie outside of these, where a circle settles by 1.2e-3 more; see
+    `circle_tilt`."""
+    e, x = 0.33, np.array([np.cos(angle), np.sin(angle)])
+    plan, soil = Plan.circle((5e5, 3e5), 2.0), HalfSpace(1.0, 0.0)
+    at = plan.centroid + 2 * e * x
+    solution = solve_plan(plan, soil, 1.0, tuple(at))
+    cases = solution.punch.solve_many([{"force": 1.0, "at": tuple(2 * e * x)}])
+    central, rim = 1 / 4, 1 / 4 + 3 * e * 2 * 2 / (4 * 8)
+    assert cases.largest_settlement[0] == pytest.approx(rim, rel=4e-4)
+    assert cases.largest_settlement[0] < rim + 1e-3 * central
+    found = bodies_of(solution, Details())[0]
+    assert np.hypot(*(found.standings[0].points - plan.centroid[:, None])) == pytest.approx(2.0)
+    assert np.ptp(found.hull, axis=1) == pytest.approx(4.0, rel=1e-9)
+
+
+def test_hulls_of_plans():
+    stadium = Plan.from_polygon([(0, 0), (4, 0), (4, 2), (0, 2)], bulges=[0, 1, 0, 1])
+    assert ConvexHull(stadium.hull.T).volume == pytest.approx(8 + np.pi, rel=1e-5)
+    assert (stadium.hull.min(axis=1), stadium.hull.max(axis=1)) == (
+        pytest.approx([-1, 0], abs=1e-15),
+        pytest.approx([5, 2], abs=1e-15),
+    )
+    corner = Plan.from_polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+    pair = corner + Plan.circle((5, 1), 1)
+    assert corner.hull.shape == (2, 5)
+    assert pair.hull.max(axis=1) == pytest.approx([6, 2])

@@ -429,3 +429,25 @@ def test_copies_do_not_go_stale(copied):
     assert not solution.collocated_tilt.flags.writeable
     with pytest.raises(ValueError, match="read-only"):
         shaped.gap[:] = 0
+
+
+def test_an_outline_spans_the_plan_instead_of_the_cells():
+    """It is where settlements are the largest, and all else stays as it is."""
+    basis, angle = DualMesh.from_mesh(disc(2)).basis(), np.linspace(0, 2 * np.pi, 400)
+    rim = 0.9 * np.stack([np.cos(angle), np.sin(angle)])
+    inner, plain = RigidPunch(UNIT, basis, outline=rim), RigidPunch(UNIT, basis)
+    rim[:] = 7.0
+    load = {"force": 1.0, "at": (0.3, 0.0)}
+    cases, others = inner.solve_many([load]), plain.solve_many([load])
+    assert cases.settlement == others.settlement
+    tilt = others.tilt[0, 0]
+    assert cases.largest_settlement == pytest.approx(cases.settlement + 0.9 * tilt, rel=1e-4)
+    assert pickle.loads(pickle.dumps(inner)).footprint.hull.max() == pytest.approx(0.9, rel=1e-4)
+    assert replace(inner, edge="constant").footprint.hull.max() == pytest.approx(0.9, rel=1e-4)
+    for wrong, error in (
+        ([[0.0, 1.0]], ValueError),
+        (np.zeros((2, 2)), ValueError),
+        ("rim", TypeError),
+    ):
+        with pytest.raises(error, match="outline"):
+            RigidPunch(UNIT, basis, outline=wrong)

@@ -278,7 +278,7 @@ def moment_rotation(
         raise ValueError("expected a direction, got (0, 0)")
     steps = checked_integer("steps", steps, at_least=2, at_most=MOST)
     along /= np.hypot(*along)
-    corners = punch.partition.polygons.p - np.array(punch.origin)[:, None]
+    corners = punch.footprint.hull - np.array(punch.origin)[:, None]
     overturning = _reach(ConvexHull(corners.T).equations, along)
     if overturning <= 0:
         raise ValueError("expected the origin of the punch inside the convex hull of its plan")

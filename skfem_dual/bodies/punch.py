@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from skfem import CellBasis
 
 from ..arguments import Pair, checked_flag, checked_instance
@@ -83,6 +84,10 @@ class RigidPunch(Movable, RigidBodies):
         are summed up. By default dense with exact entries up to 4000 cells (on graded and layered
         ground to 1e-9 of the homogeneous entry and the error of the influence function), 1e-6
         and whatever is fastest beyond. Fast operators are solved by iterations.
+    outline : (2, k) array of float, optional
+        Points on the edge of the plan that span it, where the cells have nodes beside it, as on
+        arcs, whose meshes keep the area: `Plan.hull`. Largest settlements and corners of the
+        plan are those of its points; by default of the vertices of the cells.
     symmetry : "auto" or Symmetry, optional
         Mirror lines and rotations of the plan and its mesh, found or given: the matrix needs one
         row of each orbit of cells and is solved in independent blocks. ``print(symmetry)`` tells
@@ -119,12 +124,13 @@ class RigidPunch(Movable, RigidBodies):
     origin: Pair = (0.0, 0.0)
     gap: Gap | None = None
     rtol: float | None = None
+    outline: ArrayLike | None = None
     symmetry: Literal["auto"] | Symmetry | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
     edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        self._own("gap", "edge_boundaries")
+        self._own("gap", "edge_boundaries", "outline")
         if self.edge is None or isinstance(self.edge, Unchosen):
             flat = self.gap is None and not self._periodic
             object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
@@ -158,6 +164,7 @@ class RigidPunch(Movable, RigidBodies):
             self.collocation,
             self.origin,
             self.rtol,
+            self.outline,
         )
 
     @computed_once

@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy import ndarray
 from skfem import MeshTri
 
 from .. import (
@@ -61,6 +62,8 @@ class Base:
         How that was chosen.
     accuracy : Accuracy, optional
         How the mesh was chosen, if that of an outline.
+    outline : (2, k) array of float, optional
+        The hull of that.
     """
 
     name: str
@@ -70,6 +73,7 @@ class Base:
     origin: Pair
     origin_is: str
     accuracy: Accuracy | None = None
+    outline: ndarray | None = None
 
 
 def read_bases(
@@ -122,7 +126,8 @@ def read_bases(
                 footing = f"footing {name}: " if len(names) > 1 else ""
                 raise ValueError(f"{footing}{error}") from error
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
-        bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy))
+        outline = None if isinstance(plan, MeshTri) else plan.hull
+        bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy, outline))
     return bases
 
 
@@ -247,6 +252,7 @@ def punches_of(
             edge_boundaries=options.edge_boundaries,
             collocation=options.collocation,
             origin=base.origin,
+            outline=base.outline,
         )
         for base in bases
     ]

@@ -10,11 +10,12 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy import ndarray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from skfem import CellBasis
 from skfem.assembly.basis import AbstractBasis
 
-from ..arguments import Pair, checked_choice, checked_number, checked_pair
+from ..arguments import Pair, checked_array, checked_choice, checked_number, checked_pair
 from ..elements.edge_weights import EdgeWeights, load_centroids
 from ..elements.load_matrix import load_matrix
 from ..elements.resolution import too_coarse
@@ -23,6 +24,8 @@ from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.partition import Partition
+from ..grids.planar import convex_hull
+from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -54,6 +57,8 @@ class Footprint(LoadedCells):
         The point to which resultants refer.
     rtol : float or None
         Accuracy of settlements under given pressures; None: exact while that is a small matrix.
+    outline : (2, k) array of float or None
+        As of `RigidPunch`.
     """
 
     basis: CellBasis
@@ -61,6 +66,7 @@ class Footprint(LoadedCells):
     collocation: Collocation
     origin: Pair
     rtol: float | None
+    outline: ndarray | None = None
 
     @classmethod
     def from_basis(
@@ -72,6 +78,7 @@ class Footprint(LoadedCells):
         collocation: Collocation = "centroid",
         origin: Pair = (0.0, 0.0),
         rtol: float | None = None,
+        outline: ArrayLike | None = None,
     ) -> "Footprint":
         """Of a basis of piecewise constants; arguments as of `RigidPunch`.
 
@@ -95,6 +102,8 @@ class Footprint(LoadedCells):
         origin = checked_pair("origin", origin)
         if rtol is not None:
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
+        if outline is not None:
+            outline = readonly(checked_array("outline", outline, (2, "k"), least=3))
         partition = Partition.from_basis(basis)
         if coarse := too_coarse(substrate, partition, edge == "singular"):
             warn(coarse, ResolutionWarning)
@@ -103,7 +112,14 @@ class Footprint(LoadedCells):
             weights = weights_of(substrate, basis, partition, edge_boundaries)
             law = weights, Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
-        return cls(substrate, partition, *law, points, basis, edge, collocation, origin, rtol)
+        plan = substrate, partition, *law, points, basis
+        return cls(*plan, edge, collocation, origin, rtol, outline)
+
+    @computed_once
+    def hull(self) -> ndarray:
+        """Corners of the plan's convex hull: of its outline, or of the cells; shape (2, k)."""
+        outline = self.partition.polygons.p if self.outline is None else self.outline
+        return readonly(convex_hull(outline))
 
     @computed_once
     def fan(self) -> Fan:
@@ -235,5 +251,5 @@ class Footprint(LoadedCells):
 def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:
     """Convex hulls of where the pressures of a body act, and of its plan, from its centre."""
     acting = np.hstack([part.acting for part in parts])
-    corners = np.hstack([part.partition.polygons.p for part in parts])
+    corners = np.hstack([part.hull for part in parts])
     return Hull(acting - centre[:, None]), Hull(corners - centre[:, None])

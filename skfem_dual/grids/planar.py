@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 from skfem import Mesh
 
 from .polygons import Polygons
@@ -21,6 +21,12 @@ CHUNK = 2**20
 def cross(u: ndarray, v: ndarray) -> ndarray:
     """The third component of the vector product."""
     return u[0] * v[1] - u[1] * v[0]
+
+
+def convex_hull(p: ndarray) -> ndarray:
+    """Vertices of the convex hull of points (2, n), counter-clockwise, shape (2, k)."""
+    middle = (p.min(axis=1) + p.max(axis=1)) / 2  # far from the origin digits would be lost
+    return p[:, ConvexHull((p - middle[:, None]).T).vertices]
 
 
 def directed_sides(mesh: Mesh, facets: ndarray) -> tuple[ndarray, ndarray]:

@@ -20,6 +20,7 @@ from ..arguments import (
 )
 from ..errors import MeshError
 from ..grids.curves import require_digits
+from ..grids.planar import convex_hull
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly, computed_once
 from .corners import SAME, ring_of
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from matplotlib.axes import Axes
+
+
+#: parts of an arc whose ends stand for it in a hull: 5e-6 of the radius of a half-circle
+ON_HULL = 512
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,6 +254,14 @@ class Plan(ReadOnly):
     def around(self) -> ndarray:
         """Points on the outlines, ends of sides and many on arcs, shape (2, k)."""
         return readonly(np.hstack([outline.sides.around() for outline, _ in self.parts]))
+
+    @computed_once
+    def hull(self) -> ndarray:
+        """Corners of the plan's convex hull, many on arcs, the farthest along the axes among them,
+        counter-clockwise; shape (2, k)."""
+        sides = [outline.sides for outline, _ in self.parts]
+        points = np.hstack([part for s in sides for part in (s.around(ON_HULL), s.extremes())])
+        return readonly(convex_hull(points))
 
     @property
     def corners(self) -> ndarray:

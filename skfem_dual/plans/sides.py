@@ -109,9 +109,9 @@ class Sides:
             radius**3 * np.sin(self.angle / 2) ** 3 * outward
         )
 
-    def around(self) -> ndarray:
-        """Starts, and points on arcs, `AROUND` on each; shape (2, n)."""
-        arcs, share = np.nonzero(self.curved)[0], np.arange(1, AROUND) / AROUND
+    def around(self, parts: int = AROUND) -> ndarray:
+        """Starts, and points that divide arcs into so many ``parts``; shape (2, n)."""
+        arcs, share = np.nonzero(self.curved)[0], np.arange(1, parts) / parts
         on = self.at(np.repeat(arcs, len(share)), np.tile(share, len(arcs)))
         return np.hstack([self.start, on])
 

@@ -150,7 +150,7 @@ def _plan(body: Body) -> dict[str, Any]:
     footprint = body.plan
     # shaped punches are solved again where pressures reach the edge of the plan
     punch = None if body.standing is None else body.standing.solution.punch
-    p = footprint.partition.polygons.p
+    p = footprint.hull
     return {
         "name": body.name,
         "grid": footprint.description,

@@ -17,7 +17,7 @@ from ..plans.solve import PlanSolution
 from ..solutions.cases_solution import CasesSolution, Extreme
 from ..solutions.punch_solution import PunchSolution
 from .details import Details
-from .numbers import LEVEL, Standing, convex_hull, distance_inside, reach
+from .numbers import LEVEL, Standing, distance_inside, reach
 from .results import point_names, wanted_names
 
 
@@ -242,7 +242,7 @@ class Footing(UnderCases):
     @cached_property
     def hull(self) -> ndarray:
         """Convex hull of the plan, shape (2, m)."""
-        return convex_hull(self.plan.partition.polygons.p)
+        return self.plan.hull
 
     @cached_property
     def resultants(self) -> ndarray:

@@ -13,7 +13,7 @@ from ..grids.cellwise import CellwiseBasis
 from ..grids.dual_mesh import DualMesh
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..grids.planar import contours, cross
+from ..grids.planar import contours, convex_hull, cross
 from ..solutions.bounds import Bounds, why_none
 from ..solutions.punch_solution import PunchSolution
 from ..units import PLAIN, Units
@@ -28,12 +28,6 @@ NEGLIGIBLE = 1e-9
 #: difference of the settlements below which a punch is level, over the largest of them: less than
 #: the error of any of them
 LEVEL = 5e-5
-
-
-def convex_hull(p: ndarray) -> ndarray:
-    """Vertices of the convex hull of points (2, n), counter-clockwise, shape (2, k)."""
-    middle = (p.min(axis=1) + p.max(axis=1)) / 2  # far from the origin digits would be lost
-    return p[:, ConvexHull((p - middle[:, None]).T).vertices]
 
 
 def outline_corners(partition: Partition) -> ndarray:
@@ -150,7 +144,7 @@ class LoadedPlan:
     @cached_property
     def hull(self) -> ndarray:
         """Convex hull of the plan, shape (2, k)."""
-        return convex_hull(self.solution.punch.partition.polygons.p)
+        return self.solution.punch.footprint.hull
 
     @cached_property
     def points(self) -> ndarray:

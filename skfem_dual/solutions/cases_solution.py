@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import ConvexHull
 
 from ..contact.along_lines import has_law, on_each
 from ..contact.by_work import Alone
@@ -141,9 +140,7 @@ class CasesSolution(ReadOnly):
     @computed_once
     def largest_settlement(self) -> ndarray:
         """Settlements of that point of the plan that settles most; shape (k,)."""
-        p = self.footprint.partition.polygons.p
-        corners = p[:, ConvexHull((p - p.mean(axis=1, keepdims=True)).T).vertices]
-        arm = corners - np.array(self.footprint.origin)[:, None]
+        arm = self.footprint.hull - np.array(self.footprint.origin)[:, None]
         return readonly((self.settlement + arm.T @ self.tilt).max(axis=0))
 
     @computed_once
