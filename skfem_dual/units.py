@@ -68,6 +68,8 @@ class Units:
 
     Raises
     ------
+    TypeError
+        If ``text`` is no text.
     ValueError
         If a unit is not known, or one is metric and the other not.
 

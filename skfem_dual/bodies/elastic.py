@@ -407,9 +407,11 @@ class ElasticPunch(Body):
 
         Raises
         ------
+        TypeError
+            If an argument is of another kind.
         ValueError
             If sizes are wrong, loads are not finite, nothing resists them, or they cannot be
-            balanced without tension.
+            balanced without tension; or if ``gap_rtol`` is not positive and up to 0.01.
         """
         f, held = self.checked_loads(f, x)
         how = How.checked(unilateral, method, gap_rtol)

@@ -137,8 +137,12 @@ class RigidPunches(RigidBodies):
 
         Raises
         ------
+        TypeError
+            If an argument is of another kind.
         ValueError
-            If a subdomain does not exist.
+            If a subdomain does not exist, or ``joined`` does not fit.
+        MeshError
+            If the triangles of a subdomain have no valid dual grid.
         """
         found, punches = punches_on(substrate, mesh, names, grid)
         return cls(punches, joined, names=found)
@@ -253,6 +257,8 @@ class RigidPunches(RigidBodies):
 
         Raises
         ------
+        TypeError
+            If an argument is of another kind.
         ValueError
             If there is not one load for each body, a load is impossible (says which), or
             ``gap_rtol`` is not positive and up to 0.01.
@@ -448,8 +454,8 @@ class RigidPunches(RigidBodies):
 
         Raises
         ------
-        ValueError
-            Under a frame, which takes a part of the loads to the other bodies.
+        TypeError, ValueError
+            As `solve`; and under a frame, which takes a part of the loads to the other bodies.
         """
         if self.stiffness is not None:
             raise ValueError(

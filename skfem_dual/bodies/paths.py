@@ -71,12 +71,12 @@ class LoadPath(ReadOnly):
 
     @property
     def settlement(self) -> ndarray:
-        """Settlements of the origin of a rigid punch, shape (k,)."""
+        """Settlements of the origin of a rigid punch, shape (k,); a TypeError of a structure."""
         return np.array([s.settlement for s in self._rigid])
 
     @property
     def tilt(self) -> ndarray:
-        """Inclinations of a rigid punch, shape (2, k)."""
+        """Inclinations of a rigid punch, shape (2, k); a TypeError of a structure."""
         return np.array([s.tilt for s in self._rigid]).reshape(-1, 2).T
 
     @property
@@ -242,6 +242,8 @@ def moment_rotation(
     punch: RigidPunch, force: float, direction: Pair = (1.0, 0.0), steps: int = 24, **options: Any
 ) -> MomentRotation:
     """Moment-rotation curve of a footing up to 97 % of the overturning moment.
+
+    On coarse meshes it ends before, where the pressure would act beyond the outermost cells.
 
     Parameters
     ----------

@@ -298,7 +298,7 @@ class RigidPunch(Movable, RigidBodies):
             How the contact region is found: a primal-dual active set, which takes a dense matrix;
             projected conjugate gradients, which only multiply by it; or, by default, conjugate
             gradients and, where the matrix is dense, the active set from where they end.
-        start : PunchSolution, optional
+        start : PunchSolution or ElasticSolution, optional
             A solution nearby to begin with, on any grid and of any body.
         gap_rtol : float
             Accuracy of the gaps in contact where conjugate gradients find it, over the largest

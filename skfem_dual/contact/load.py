@@ -33,7 +33,8 @@ class Load:
     force : float
         Vertical force P, positive into the ground. Not together with ``settlement``.
     at : pair of float
-        Where the force acts, (epsilon_x, epsilon_y) from the punch's origin; default (0, 0).
+        Where the force acts, (epsilon_x, epsilon_y) from the punch's origin; default (0, 0). Not
+        together with ``tilt``.
     moments : pair of float
         M1, M2 of (4): the first moments of the pressure are ``P epsilon_x - M1`` and
         ``P epsilon_y + M2``; default (0, 0). Not together with ``tilt``. Of moments about x and

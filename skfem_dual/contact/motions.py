@@ -237,7 +237,15 @@ class ShearSolution(ReadOnly):
         )
 
     def displacements(self, x: ArrayLike) -> ndarray:
-        """Horizontal displacement of the base at points of shape (2, ...), of the same shape."""
+        """Horizontal displacement of the base at points of shape (2, ...), of the same shape.
+
+        Along x and along y, positive as these.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no points, or not finite.
+        """
         x, shape = flat_points(x)
         arm = x - self.origin[:, None]
         moved = self.displacement[:, None] + self.twist * np.stack([-arm[1], arm[0]])

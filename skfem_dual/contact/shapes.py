@@ -115,21 +115,27 @@ class Paraboloid:
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
 
     def __call__(self, x: ArrayLike) -> ndarray:
-        """Gap at points of shape (2, ...)."""
+        """Gap at points of shape (2, ...).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are none, or not finite.
+        """
         return _distance(x, self.centre) ** 2 / (2 * self.radius)
 
 
 @dataclass(frozen=True)
 class Sphere(Paraboloid):
-    """``R - sqrt(R^2 - r^2)``: a sphere of radius R; parameters as `Paraboloid`."""
+    """``R - sqrt(R^2 - r^2)``: a sphere of radius R; parameters and errors as `Paraboloid`."""
 
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...), none farther from the axis than the radius.
 
         Raises
         ------
-        ValueError
-            If one is.
+        TypeError, ValueError
+            If one is; if they are no points, or not finite.
         """
         r = _distance(x, self.centre)
         if (far := np.max(r, initial=0.0)) > self.radius:
@@ -168,7 +174,13 @@ class Cone:
             raise ValueError(f"expected an angle below pi / 2, got {self.angle:g}")
 
     def __call__(self, x: ArrayLike) -> ndarray:
-        """Gap at points of shape (2, ...)."""
+        """Gap at points of shape (2, ...).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are none, or not finite.
+        """
         return _distance(x, self.centre) * np.tan(self.angle)
 
 
@@ -201,5 +213,11 @@ class RoundedCylinder:
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
 
     def __call__(self, x: ArrayLike) -> ndarray:
-        """Gap at points of shape (2, ...)."""
+        """Gap at points of shape (2, ...).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are none, or not finite.
+        """
         return (_distance(x, self.centre) - self.flat).clip(0) ** 2 / (2 * self.rounding)

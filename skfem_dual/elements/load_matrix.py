@@ -64,7 +64,7 @@ def load_matrix(
     order : int, optional
         Degree up to which products with the test functions are integrated exactly; by default
         the degree of the basis, at least 1, and two more where its mapping is not affine, but at
-        most 19.
+        most 19, with ``moments`` 18.
     component : int, optional
         The scalar component of the test functions that the pressure works on, counted through
         all fields of the element. By default, on facets of a 3-D mesh, the traction

@@ -152,6 +152,11 @@ class CellwiseBasis(CellBasis):
         """A basis of other elements on the common refinement, with the same quadrature.
 
         For ElementTriP0 it is this basis, not constants on the triangles of the refinement.
+
+        Raises
+        ------
+        TypeError
+            If ``elem`` is no element.
         """
         checked_instance("elem", elem, Element)
         if isinstance(elem, ElementTriP0):
@@ -167,6 +172,11 @@ class CellwiseBasis(CellBasis):
         ----------
         elements : optional
             The triangles, in any form skfem takes; all by default.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are something else, none, or do not exist.
         """
         return CellwiseBasis(self.dual, self.grid, quadrature=self.quadrature, elements=elements)
 

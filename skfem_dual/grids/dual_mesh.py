@@ -267,14 +267,26 @@ class DualMesh(ReadOnly):
         Parameters
         ----------
         intorder : int, optional
-            Order of the quadrature on the common refinement.
+            Order of the quadrature on the common refinement, from 0 to 19; skfem's choice for
+            constants by default.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If ``intorder`` is no whole number, or out of range.
         """
         from .cellwise import CellwiseBasis
 
         return CellwiseBasis(self, "dual", intorder=intorder)
 
     def primal_basis(self, intorder: int | None = None) -> "CellwiseBasis":
-        """Piecewise constants on the triangles, with the quadrature points of `basis`."""
+        """Piecewise constants on the triangles, with the quadrature points of `basis`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `basis`.
+        """
         from .cellwise import CellwiseBasis
 
         return CellwiseBasis(self, "primal", intorder=intorder)

@@ -19,6 +19,11 @@ def minimal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
 
     The cells of B are those of the 1-type dual grid at the inner nodes.
 
+    Parameters
+    ----------
+    mesh : MeshTri or DualMesh
+        The triangulation, whose 1-type dual grid must be valid.
+
     Raises
     ------
     TypeError, MeshError
@@ -68,6 +73,11 @@ def maximal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
     The ribs that end in the middles of boundary facets are continued beyond the edge by their
     own length, or less where there is no room in notches, holes and gaps. The boundary nodes
     of the 1-type dual grid move out with them.
+
+    Parameters
+    ----------
+    mesh : MeshTri or DualMesh
+        The triangulation, whose 1-type dual grid must be valid.
 
     Raises
     ------

@@ -39,6 +39,8 @@ class Partition(ReadOnly):
 
     Raises
     ------
+    TypeError, ValueError
+        If something is no `Polygons` or no array of numbers, or some are masked.
     MeshError
         If numbers are out of range, or lengths do not agree.
     """

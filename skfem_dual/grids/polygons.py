@@ -50,6 +50,8 @@ class Polygons(ReadOnly):
 
     Raises
     ------
+    TypeError, ValueError
+        If something is no array of numbers, or some are masked.
     MeshError
         If the arrays do not fit together or a polygon is not counter-clockwise.
 
@@ -89,7 +91,13 @@ class Polygons(ReadOnly):
     def from_cells(cls, p: ArrayLike, t: ArrayLike) -> "Polygons":
         """Polygons with equally many vertices, from connectivity ``t`` of shape (k, n).
 
-        The vertices run around each cell in either sense; clockwise cells are reversed.
+        ``p`` has shape (2, npoints), ``t`` the points of a cell in each column. They run around
+        each cell in either sense; clockwise cells are reversed.
+
+        Raises
+        ------
+        TypeError, ValueError, MeshError
+            As the class.
         """
         p = checked_points("p", p, error=MeshError)
         t = checked_indices("t", t, p.shape[1], ("k", "n"), error=MeshError)

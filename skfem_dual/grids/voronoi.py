@@ -50,6 +50,8 @@ def delaunay_voronoi(
 
     Raises
     ------
+    TypeError, ValueError
+        If points or ``clip`` are no numbers, or some are masked.
     MeshError
         If the points are not finite, coincide or lie on one line, or ``clip`` is not a convex
         polygon around them.

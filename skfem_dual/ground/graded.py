@@ -40,6 +40,8 @@ class GradedHalfSpace(Stratified):
 
     Raises
     ------
+    TypeError
+        If an argument is of another kind, or a function returns something else than numbers.
     ValueError
         If a modulus is out of range, as for a modulus that vanishes at the surface.
 
@@ -135,7 +137,7 @@ class GradedHalfSpace(Stratified):
         young, poisson : float
             Young's modulus at the surface, Poisson's ratio.
         exponent : float
-            Between 0 and 2.
+            Between 0 and 2, neither of them.
         offset : float
             A length, positive.
 

@@ -29,10 +29,13 @@ class Layer:
     young, poisson : float
         Moduli at its top.
     gradient : float
-        Young's modulus at depth z below its top is ``young (1 + gradient z)``.
+        Young's modulus at depth z below its top is ``young (1 + gradient z)``; negative where
+        the layer softens downwards.
 
     Raises
     ------
+    TypeError
+        If something is no number.
     ValueError
         If a value is out of range, or the modulus is not positive at the bottom.
     """
@@ -66,16 +69,16 @@ class LayeredHalfSpace(Stratified):
     ----------
     layers : sequence of Layer
         From the surface down.
-    base : HalfSpace, GradedHalfSpace, "bonded" or "smooth"
+    base : HalfSpace, GradedHalfSpace, LayeredHalfSpace, "bonded" or "smooth"
         What lies below: another ground, or a rigid base to which the last layer is bonded or on
         which it slides.
 
     Raises
     ------
     TypeError
-        If there are no layers, or layers or base are something else.
+        If layers or base are something else.
     ValueError
-        If the last layer has a gradient on a smooth rigid base.
+        If there are no layers, or the last one has a gradient on a smooth rigid base.
 
     Examples
     --------

@@ -66,7 +66,15 @@ class PeriodicGround:
         return self.ground.surface
 
     def symbol(self, k: ArrayLike) -> ndarray:
-        """Settlement by a wave of pressure of unit amplitude; zero for k = 0 by convention."""
+        """Settlement by a wave of pressure of unit amplitude; zero for k = 0 by convention.
+
+        Of the shape of ``k``, whose sign does not count.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If wave numbers are no numbers, or not finite.
+        """
         waves = np.abs(checked_array("k", k, None))
         out = np.zeros(waves.shape)
         out[waves > 0] = self.ground.symbol(waves[waves > 0])
@@ -74,7 +82,7 @@ class PeriodicGround:
 
     @property
     def singular_coefficient(self) -> NoReturn:
-        """Refused, as all that needs settlements under a single force."""
+        """Refused with a ValueError, as all that needs settlements under a single force."""
         self._refuse()
 
     @property

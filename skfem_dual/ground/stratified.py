@@ -137,10 +137,15 @@ class Stratified:
     def influence(self, r: ArrayLike) -> ndarray:
         """Settlement of the surface at distance ``r`` from a unit vertical force.
 
+        Infinite at ``r = 0``. Of the shape of ``r``, whose sign does not count; positive into the
+        ground.
+
         Raises
         ------
+        TypeError
+            If distances are no numbers.
         ValueError
-            Beyond ``farthest``.
+            If they are not finite, or beyond ``farthest``.
         """
         r = np.abs(checked_array("r", r, None))
         table = self.remainder
@@ -148,13 +153,29 @@ class Stratified:
         return self.surface.influence(r) + rest
 
     def symbol(self, k: ArrayLike) -> ndarray:
-        """Fourier transform of the influence function."""
+        """Fourier transform of the influence function.
+
+        Of the shape of ``k``, whose sign does not count.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If wave numbers are no numbers, not finite, or zero.
+        """
         waves = np.abs(checked_array("k", k, None))
         q = self.compliance(np.atleast_1d(waves).ravel())[2].reshape(waves.shape)
         return q / (waves * self.surface.young)
 
     def primitive(self, radius: ArrayLike) -> ndarray:
-        """Integral of ``influence(r) r`` from 0 to ``radius``."""
+        """Integral of ``influence(r) r`` from 0 to ``radius``.
+
+        Of the shape of ``radius``, which is not negative.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If radii are no numbers, not finite, or beyond ``farthest``.
+        """
         radius = checked_array("radius", radius, None)
         table = self.remainder
         rest = radius * table.evaluate(table.primitive_over_r, radius) / self.surface.young

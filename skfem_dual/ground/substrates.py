@@ -115,18 +115,40 @@ class HalfSpace:
     def influence(self, r: ArrayLike) -> ndarray:
         """Settlement of the surface at distance ``r`` from a unit vertical force.
 
-        ``(1 - nu^2) / (pi E r)``; infinite at ``r = 0``.
+        ``(1 - nu^2) / (pi E r)``; infinite at ``r = 0``. Of the shape of ``r``, whose sign does
+        not count; positive into the ground.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If distances are no numbers, or not finite.
         """
         with np.errstate(divide="ignore"):
             return self.singular_coefficient / np.abs(checked_array("r", r, None))
 
     def symbol(self, k: ArrayLike) -> ndarray:
-        """Fourier transform of the influence function, ``2 / (E* k)``."""
+        """Fourier transform of the influence function, ``2 / (E* k)``.
+
+        Infinite for ``k = 0``; of the shape of ``k``, whose sign does not count.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If wave numbers are no numbers, or not finite.
+        """
         with np.errstate(divide="ignore"):
             return 2 / (self.contact_modulus * np.abs(checked_array("k", k, None)))
 
     def primitive(self, radius: ArrayLike) -> ndarray:
-        """Integral of ``influence(r) r`` from 0 to ``radius``."""
+        """Integral of ``influence(r) r`` from 0 to ``radius``.
+
+        Of the shape of ``radius``, which is not negative.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If radii are no numbers, or not finite.
+        """
         return self.singular_coefficient * checked_array("radius", radius, None)
 
 

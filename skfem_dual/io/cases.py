@@ -112,6 +112,11 @@ def read_cases(
         Whether lines of one name are parts of one case, as the columns on a plate. Then there may
         be sides ``bx, by`` of rectangles over which they are spread, and ``q``, a force per area.
 
+    Returns
+    -------
+    tuple of CaseRow
+        One for each line, in their order.
+
     Raises
     ------
     FileNotFoundError, TypeError
@@ -148,6 +153,15 @@ def read_cases(
 
 def write_cases(path: PathLike, *tables: CasesSolution, footings: Sequence[str] = ()) -> None:
     """Write the table of cases to a CSV file, whole or not at all; of footings by their names.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    *tables : CasesSolution
+        Of each footing, one after the other.
+    footings : sequence of str
+        Their names, for a first column; none by default.
 
     Raises
     ------

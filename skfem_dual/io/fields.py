@@ -51,7 +51,8 @@ def write_field(
         numbers, or the name no text.
     ValueError
         If the suffix or the number of values does not fit, a value is not finite, or the name
-        is empty, cannot be printed, or is ``cell``, which is that of the numbers of dual cells.
+        is empty, cannot be printed, or of constants on dual cells is ``cell``, which is that of
+        their numbers.
     OSError
         If the file cannot be written.
     """

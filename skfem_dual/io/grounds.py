@@ -54,6 +54,11 @@ def read_substrate(
     units : Units or str
         To which units of headings are changed, such as ``"kN,m"``; needed if there are any.
 
+    Returns
+    -------
+    HalfSpace, GradedHalfSpace or LayeredHalfSpace
+        The first two without layers.
+
     Raises
     ------
     FileNotFoundError

@@ -26,6 +26,13 @@ def write_dual(path: PathLike, dual: DualMesh) -> None:
     Cell data: ``cell``, the number of the cell, and ``node``, the node of the triangulation that
     belongs to it. Tags are not kept.
 
+    Parameters
+    ----------
+    path : path
+        The file, ending in ``.vtu``.
+    dual : DualMesh
+        The grid, with its triangulation.
+
     Raises
     ------
     TypeError
@@ -161,6 +168,15 @@ def write_polygons(
     """Write polygons with data to a VTU file, whole or not at all.
 
     A file holds one block for each number of vertices; the cell data ``cell`` keeps the order.
+
+    Parameters
+    ----------
+    path : path
+        The file, ending in ``.vtu``.
+    polygons : Polygons
+        n polygons on N points.
+    cell_data, point_data : mapping of str to (n,) or (n, k), (N,) or (N, k) arrays, optional
+        Numbers or vectors to write, by their names.
 
     Raises
     ------

@@ -201,6 +201,11 @@ class InfluenceOperator(LinearOperator):
             Field points.
         law : EdgeWeights or Slopes, optional
             How the pressure varies inside the cells; not at all by default.
+
+        Raises
+        ------
+        TypeError, ValueError, MemoryError, ConvergenceError
+            As the class.
         """
         checked_instance("partition", partition, Partition)
         if law is not None and not isinstance(law, (EdgeWeights, Slopes)):
@@ -210,7 +215,13 @@ class InfluenceOperator(LinearOperator):
 
     def at(self, x: ndarray, rtol: float | None = None) -> "InfluenceOperator":
         """From the same cells to other points ``x`` of shape (2, m), to the same tolerance if no
-        other is given."""
+        other is given.
+
+        Raises
+        ------
+        TypeError, ValueError, MemoryError, ConvergenceError
+            As the class.
+        """
         rtol = self.rtol if rtol is None else rtol
         cells, points = (self.substrate, self.partition, rtol), as_points(x)
         law: Any = "constant" if self._law is None else self._law
@@ -249,7 +260,13 @@ class InfluenceOperator(LinearOperator):
         return self._kept if isinstance(self._kept, FastSummation) else None
 
     def rows(self, i: ndarray) -> ndarray:
-        """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n)."""
+        """Exact rows of the matrix, of the points with the numbers ``i``; shape (len(i), n).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no whole numbers, or not those of points.
+        """
         one = isinstance(i, (int, np.integer))
         i = checked_indices("i", [i] if one else i, self.shape[0])
         return (self.toeplitz or self._entries).rows(i)
@@ -328,7 +345,13 @@ class InfluenceOperator(LinearOperator):
         return product(self._entries, self._kept, np.asarray(q, dtype=float))
 
     def roughly(self, q: ndarray) -> ndarray:
-        """Settlements under pressures (n, k), a fast summation's rounded to single precision."""
+        """Settlements under pressures (n, k), a fast summation's rounded to single precision.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no such array, or not finite.
+        """
         q = checked_array("q", q, (self.shape[1], "k"), order="K")
         # in units of the forces: single precision ends at 1e38
         _, exponent = np.frexp(self.partition.areas @ np.abs(q))

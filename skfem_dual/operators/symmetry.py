@@ -124,6 +124,8 @@ class Symmetry(ReadOnly):
 
         Raises
         ------
+        TypeError, ValueError
+            If an argument is of another kind or size, or out of range.
         MeshError
             If the cells do not have the symmetry that is given.
         """
@@ -169,6 +171,8 @@ class Symmetry(ReadOnly):
 
         Raises
         ------
+        TypeError, ValueError
+            If ``x`` are not as many points.
         MeshError
             If some cells differ from their images.
         """

@@ -104,6 +104,8 @@ class Plan(ReadOnly):
         ------
         TypeError
             If something is no number.
+        ValueError
+            If corners are no pairs or triples, bulges are not as many, or there are both.
         MeshError
             If corners repeat or lie on one line, sides cross or touch, a hole is not inside or
             meets another one, or the outline is too far from (0, 0) for its size.
@@ -161,6 +163,8 @@ class Plan(ReadOnly):
         ------
         TypeError
             If something is no number.
+        ValueError
+            If a ring has neither pairs nor triples.
         MeshError
             If there is no ring, corners repeat or lie on one line, or sides cross or touch.
         """
@@ -174,7 +178,10 @@ class Plan(ReadOnly):
     def read(
         cls, path: "str | PathLike[str]", *, layer: str | None = None, tol: float | None = None
     ) -> "Plan":
-        """Plan from a file: CSV, WKT, GeoJSON or DXF, by its name; see `plans.read.read_plan`."""
+        """Plan from a file: CSV, WKT, GeoJSON or DXF, by its name.
+
+        Parameters, errors and warnings are those of `plans.read.read_plan`.
+        """
         from .read import read_plan
 
         return read_plan(path, layer=layer, tol=tol)
@@ -183,8 +190,25 @@ class Plan(ReadOnly):
     def bulge(start: Pair, through: Pair, end: Pair) -> float:
         """Bulge of the arc from one corner to another through a third point.
 
-        A ValueError if two of them are the same.
+        Parameters
+        ----------
+        start, through, end : pair of float
+            The corners, and a point on the arc between them.
 
+        Returns
+        -------
+        float
+            Positive if the arc turns left on the way, 0 if the points lie on a line.
+
+        Raises
+        ------
+        TypeError
+            If something is no pair of numbers.
+        ValueError
+            If two of the points are the same.
+
+        Examples
+        --------
         >>> print(f"{Plan.bulge((0, 0), (1, -1), (2, 0)):.6f}")
         1.000000
         """
@@ -202,12 +226,26 @@ class Plan(ReadOnly):
         return Plan(self.parts + other.parts)
 
     def translated(self, vector: Pair) -> "Plan":
-        """The plan moved by a vector."""
+        """The plan moved by a vector, a pair of float.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is none, or not finite.
+        MeshError
+            If the plan gets too far from (0, 0) for its size.
+        """
         shift = np.array(checked_pair("vector", vector))[:, None]
         return self._mapped(lambda x: x + shift)
 
     def scaled(self, factor: float) -> "Plan":
-        """The plan with all coordinates multiplied, as by 1e-3 from millimetres to metres."""
+        """The plan with all coordinates multiplied, as by 1e-3 from millimetres to metres.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the factor is no number, or not positive.
+        """
         factor = checked_size("factor", factor)
         return self._mapped(lambda x: factor * x)
 
@@ -270,7 +308,7 @@ class Plan(ReadOnly):
 
     @property
     def corner_angles(self) -> ndarray:
-        """Angles of the plan in its `corners`, more than pi if re-entrant; shape (k,)."""
+        """Angles of the plan in its `corners`, in radians, above pi if re-entrant; (k,)."""
         angles = [
             np.pi - sign * ring.turns[np.abs(ring.turns) > SMOOTH] for sign, ring in self._signed
         ]
@@ -279,6 +317,13 @@ class Plan(ReadOnly):
     def contains(self, x: ArrayLike) -> ndarray:
         """Whether points of shape (2, ...) lie in the plan; on its edge either way.
 
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no points, or not finite.
+
+        Examples
+        --------
         >>> Plan.circle((0, 0), 1.0).contains([[0.0, 2.0], [0.5, 0.0]])
         array([ True, False])
         """
@@ -313,7 +358,7 @@ class Plan(ReadOnly):
 
         Raises
         ------
-        ValueError
+        TypeError, ValueError
             If an argument is wrong; `MeshError` if the size is too coarse for the plan.
         """
         return mesh_of(self.parts, size, n, graded)
@@ -335,6 +380,8 @@ class Plan(ReadOnly):
 
         Raises
         ------
+        TypeError, ValueError
+            If ``mesh`` is no MeshTri, or ``elements`` are no numbers of its triangles.
         MeshError
             If the mesh is not one of this plan, or no valid dual grid was found.
         """
@@ -348,8 +395,15 @@ class Plan(ReadOnly):
         ax : Axes, optional
             To draw in; new ones by default.
 
+        Returns
+        -------
+        Axes
+            ``ax.figure.savefig("plan.svg")`` writes a file.
+
         Raises
         ------
+        TypeError
+            If ``ax`` is something else.
         ImportError
             If matplotlib is missing.
         """

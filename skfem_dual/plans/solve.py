@@ -78,9 +78,10 @@ def solve_plan(
         plan, over the settlement under the force; under moments whose resultant is off the
         plan, over the largest settlement.
     time_limit : float, optional
-        Seconds within which no mesh is begun that would not be ready.
+        Seconds within which no mesh is begun that would not be ready; the coarsest is begun
+        anyway, if it has no more than about a thousand cells.
     memory : float, optional
-        Bytes that may be used, by default what the system has.
+        Bytes that finer meshes may use, by default what the system has.
     unilateral : bool
         Whether the ground does not pull, as in `RigidPunch.solve`.
     progress : bool
@@ -93,12 +94,15 @@ def solve_plan(
 
     Raises
     ------
-    ValueError
+    TypeError
+        If an argument is of another kind.
+    ValueError, ConvergenceError
         As `RigidPunch.solve`, or if an argument is out of range.
     MeshError
         If no mesh of the plan was found.
     MemoryError, TimeoutError
-        If the coarsest mesh is too much.
+        If the coarsest mesh, as of slender plans, has many cells that do not fit into the
+        memory of the system, or take longer than ``time_limit``, or than a minute without it.
 
     Warns
     -----

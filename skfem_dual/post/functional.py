@@ -29,7 +29,7 @@ LAST = {"sums": 16.0, "means": 1.0}
 
 @dataclass(frozen=True)
 class Weights:
-    """The eight weights of the functional H(U, V).
+    """The eight weights of the functional H(U, V), none negative.
 
     Only their ratios matter. ``A1``, ``A2``: new values keep to the old ones of their grid.
     ``B1``, ``B2``: means of the new values around a node keep to its old value. ``C1``, ``C2``:
@@ -39,8 +39,10 @@ class Weights:
 
     Raises
     ------
+    TypeError
+        If a weight is no number.
     ValueError
-        If a weight is negative or not finite, or ``A1`` or ``A2`` is zero: these make the minimum
+        If one is negative or not finite, or ``A1`` or ``A2`` is zero: these make the minimum
         unique.
     """
 

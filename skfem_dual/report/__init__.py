@@ -87,6 +87,8 @@ def write_report(path: PathLike, solution: Reported, **options: Any) -> None:
 def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
     """Write `report_data` and what else is known to a JSON file, whole or not at all.
 
+    Numbers that are not finite become ``null``.
+
     Raises
     ------
     TypeError

@@ -23,9 +23,16 @@ SAME = 1e-9
 
 
 def bodies_of(solution: Any, details: Details) -> list[Body]:
-    """One without a name, or several by their names.
+    """The bodies of a report: one without a name, or several by their names.
 
     Solutions of one and the same body are its cases, also within a mapping of bodies.
+
+    Parameters
+    ----------
+    solution
+        As of `report_html`.
+    details : Details
+        Whose points are looked for on the plans.
 
     Raises
     ------

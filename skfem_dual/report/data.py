@@ -52,6 +52,11 @@ def report_data(bodies: Sequence[Body]) -> dict[str, Any]:
 
     All numbers are in the units that went in, ``None`` where a page has a dash. The fields are
     described in the guide, under "The report".
+
+    Parameters
+    ----------
+    bodies : list of Footing and Structure
+        From `bodies_of`, at least one.
     """
     details = bodies[0].details
     footings = [body for body in bodies if isinstance(body, Footing)]

@@ -53,6 +53,13 @@ class Details:
     columns : mapping of str to sequence of CaseRow
         What stands on structures, as `read_cases` has it with ``parts=True``, by their names,
         ``""`` of a single one: listed on the page.
+
+    Raises
+    ------
+    TypeError
+        If something is of another kind.
+    ValueError
+        If units are not known, ``allowable`` is not positive, or points are not finite.
     """
 
     title: str | None = None

@@ -119,9 +119,11 @@ class Profile(ReadOnly):
     x : (2,) array of float
         The point.
     depth : (m,) array of float
+        The depths, positive, as they were given.
     stresses : Stresses
         Compression positive, in an interface those above it.
     displacement : (3, m) array of float
+        In the directions x, y and z, the last positive downwards.
     strain : (m,) array of float
         Vertical strain, shortening positive.
     interfaces : (k,) array of float

@@ -64,8 +64,9 @@ class Extreme:
 class CasesSolution(ReadOnly):
     """Answers of one rigid punch under several load cases.
 
-    ``cases[i]`` and ``cases["name"]`` are the `PunchSolution` of a case. Arrays have one value
-    for each case, NaN where no pressures can balance the load.
+    ``cases[i]`` and ``cases["name"]`` are the `PunchSolution` of a case: an IndexError or a
+    KeyError if there is no such case, a ValueError where no pressures can balance its load.
+    Arrays have one value for each case, NaN there, but what is imposed in `force` and `point`.
 
     Attributes
     ----------
@@ -256,6 +257,8 @@ class CasesSolution(ReadOnly):
 
         Raises
         ------
+        TypeError
+            If ``path`` is no path.
         OSError
             If the file cannot be written.
         """

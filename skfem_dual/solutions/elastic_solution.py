@@ -140,8 +140,8 @@ class ElasticSolution(CellPressures):
 
         Raises
         ------
-        ValueError
-            If a point lies beside the structure.
+        TypeError, ValueError
+            If they are no points, or one lies beside the structure.
         """
         punch = self.punch
         points, shape = flat_points(x)

@@ -79,7 +79,15 @@ class PunchesSolution:
         return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
 
     def ground_displacement(self, x: ArrayLike) -> ndarray:
-        """Settlement of the ground at points of shape (2, ...), under all punches."""
+        """Settlement of the ground at points of shape (2, ...), under all punches.
+
+        Positive into the ground.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `PunchSolution.ground_displacement`.
+        """
         return self[0].ground_displacement(x)
 
     def displacement(self, x: ArrayLike) -> ndarray:

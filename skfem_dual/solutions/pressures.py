@@ -151,6 +151,12 @@ class CellPressures(ReadOnly, ABC):
         -------
         (...) array of float
             Positive into the ground.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no points, not finite, or beyond what is known of the ground; on ground
+            with a period.
         """
         x, shape = flat_points(x)
         return settlement(self.all_pressures, x).reshape(shape)
@@ -169,6 +175,11 @@ class CellPressures(ReadOnly, ABC):
             ``w / mean(w) (q + g . (x - y))`` inside each cell, see `Slopes`: infinite on a
             singular edge, zero beside the punch. Away from a `line` of contact of the second
             degree, see `Curvature`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no points, or not finite.
         """
         x, shape = flat_points(x)
         inside, cell, factor = self.footprint.pressure_factors(x)
@@ -208,7 +219,7 @@ class CellPressures(ReadOnly, ABC):
             Any scikit-fem basis on a 2-D mesh that covers the plan, or on facets of a 3-D mesh
             that do; see `load_matrix`.
         order, component, partial : optional
-            As in `load_matrix`.
+            As in `load_matrix`, but ``order`` at most 18.
 
         Returns
         -------
@@ -420,6 +431,8 @@ class CellPressures(ReadOnly, ABC):
         ------
         ImportError
             If matplotlib is missing.
+        TypeError
+            If an option is of another kind, or not known.
         ValueError
             If there is no pressure, or the levels do not fit it.
         """

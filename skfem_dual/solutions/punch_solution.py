@@ -231,6 +231,12 @@ class PunchSolution(CellPressures):
         """Settlement ``W0 + Lx x + Ly y`` of the punch at points of shape (2, ...).
 
         With ``collocated`` in the position in which it meets the ground in collocation points.
+        Coordinates x and y are here those from ``punch.origin``, points are in those of the plan.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they are no points, or not finite, or ``collocated`` is neither True nor False.
         """
         x, shape = flat_points(x)
         settlement, *tilt = self.positions[2 if checked_flag("collocated", collocated) else 0]

@@ -100,7 +100,7 @@ def draw_interfaces(ax: Axes, interfaces: ndarray) -> None:
     ax : Axes
         Of a picture of `vertical_section`, such as of `isobars`.
     interfaces : (k,) array of float
-        Their depths; those below the section are left out.
+        Their depths, positive; those below the section are left out.
 
     Raises
     ------
