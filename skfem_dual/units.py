@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 
-from .arguments import checked_text
+from .arguments import checked_choice, checked_text
 
 #: in metres, and whether metric
 LENGTHS = {
@@ -126,21 +126,25 @@ class Units:
 
         Raises
         ------
-        ValueError
-            If it measures something else or is not known.
+        TypeError, ValueError
+            If it measures something else or is not known, or these units have no names.
 
         Examples
         --------
         >>> Units("kN,m").factor("MN/m2", "pressure")
         1000.0
         """
-        known = _sizes(quantity)
-        own = {
+        symbol = checked_text("symbol", symbol)
+        names = {
             "length": self.length.symbol,
             "force": self.force.symbol,
             "pressure": f"{self.force.symbol}/{self.length.symbol}2",
             "moment": self.force.symbol + self.length.symbol,
-        }[quantity]
+        }
+        checked_choice("quantity", quantity, names)
+        if not self.named:
+            raise ValueError('expected known units, such as Units("kN,m"), got Units()')
+        known, own = _sizes(quantity), names[quantity]
         wanted = PRODUCT.sub("", symbol.replace("²", "2")).casefold()
         if wanted not in known:
             raise ValueError(f"expected a unit of {quantity} such as {own}, got {symbol!r}")

@@ -782,3 +782,8 @@ def test_contact_is_rough_under_bodies_not_under_parts_of_one():
         [{"force": 1.0, "at": tuple(np.array([1.48, 0.2]) - halves[0].origin)}]
     )
     assert 0 < (found[0].pressure > 0).sum() < 12 < (found[1].pressure > 0).sum()
+
+
+def test_no_factors_of_loads_that_settle_nothing():
+    with pytest.raises(ValueError, match=r"loads that settle each body, got one .* on punch 0"):
+        pair(4.0).interaction_factors([{"settlement": 0.0}, {"force": 1.0}])

@@ -457,3 +457,9 @@ def test_discs_of_other_sizes_close_to_each_other(angle, gap):
 def rectangle(low, high, *holes):
     (a, b), (c, d) = low, high
     return Plan.from_polygon([(a, b), (c, b), (c, d), (a, d)], list(holes))
+
+
+def test_no_arc_leads_through_a_point_beyond_its_ends():
+    with pytest.raises(ValueError, match=r"between start and end for through, got \(3, 0\)"):
+        Plan.bulge((0, 0), (3, 0), (2, 0))
+    assert Plan.bulge((0, 0), (1.5, 0), (2, 0)) == 0.0

@@ -14,6 +14,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    MeshError,
     Plan,
     ResolutionWarning,
     RigidPunch,
@@ -359,3 +360,10 @@ def test_hulls_of_plans():
     pair = corner + Plan.circle((5, 1), 1)
     assert corner.hull.shape == (2, 5)
     assert pair.hull.max(axis=1) == pytest.approx([6, 2])
+
+
+def test_spikes_that_cannot_be_triangulated_are_named():
+    spike = Plan.from_polygon([(0, 0), (4, 0), (4, 2), (9, 2.0005), (4, 2.001), (4, 4), (0, 4)])
+    problem = Problem(spike, HalfSpace(1.0, 0.3), (Load(force=1.0),), (2.0, 2.0), True, False)
+    with pytest.raises(MeshError, match=r"0.011 degrees, is at \(9, 2.0005\). Remedy: cut off"):
+        problem.mesh(1.0)

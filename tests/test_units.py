@@ -95,3 +95,11 @@ def test_thousandths_are_not_millions(symbol, quantity):
 def test_capitals_do_not_count(text, meant):
     assert Units(text) == Units(meant)
     assert Units(text).text == meant
+
+
+def test_factors_of_what_is_no_unit():
+    for wrong in (("MPa", "density"), (None, "pressure"), ("MPa", 3)):
+        with pytest.raises((TypeError, ValueError), match="expected"):
+            Units("kN,m").factor(*wrong)
+    with pytest.raises(ValueError, match=r"known units, such as Units\(.kN,m.\)"):
+        Units().factor("MPa", "pressure")

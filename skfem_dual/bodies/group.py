@@ -469,6 +469,11 @@ class RigidPunches(RigidBodies):
         for body, load in zip(self.bodies, loads, strict=True):
             joined = [tuple(range(len(body)))] if len(body) > 1 else ()
             alone = RigidPunches([self.punches[i] for i in body], joined).solve([load], **options)
+            if alone[0].settlement == 0:
+                raise ValueError(
+                    "expected loads that settle each body, got one without a settlement on punch "
+                    f"{self.names[body[0]]}: there is nothing to compare"
+                )
             factors.append(together[body[0]].settlement / alone[0].settlement)
         return np.array(factors)
 

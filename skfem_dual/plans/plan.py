@@ -23,6 +23,7 @@ from ..grids.curves import require_digits
 from ..grids.planar import convex_hull
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly, computed_once
+from ..messages import place
 from .corners import SAME, ring_of
 from .crossings import nested, require_parts, require_simple
 from .mesh import Part, mesh_of, refined
@@ -205,7 +206,7 @@ class Plan(ReadOnly):
         TypeError
             If something is no pair of numbers.
         ValueError
-            If two of the points are the same.
+            If two of the points are the same, or ``through`` lies on the line beyond both.
 
         Examples
         --------
@@ -217,7 +218,13 @@ class Plan(ReadOnly):
         size = np.hypot(*(b - a))
         if size == 0 or min(np.hypot(*(m - a)), np.hypot(*(m - b))) <= SAME * size:
             raise ValueError("expected three points that differ from each other for an arc")
-        return bulge_through(a, m, b)
+        bulge = bulge_through(a, m, b)
+        if bulge == 0 and (m - a) @ (m - b) > 0:
+            raise ValueError(
+                f"expected a point between start and end for through, got {place(m)} beyond them "
+                "on their line, where no arc leads"
+            )
+        return bulge
 
     def __add__(self, other: "Plan") -> "Plan":
         """The parts of both plans, which must not meet."""

@@ -17,6 +17,7 @@ from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from ..messages import place
 from ..operators.resources import whole
 from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
@@ -271,7 +272,14 @@ class Problem:
                 return self.plan.mesh(shorter * size, graded=GRADED)
             except MeshError as error:
                 trouble = error
-        raise trouble
+        if not len(angles := self.plan.corner_angles):
+            raise trouble
+        k = int(np.argmin(angles))
+        raise MeshError(
+            "expected a plan that can be triangulated, got one of which no mesh with a valid dual "
+            f"grid is found; its sharpest corner, of {np.degrees(angles[k]):.2g} degrees, is at "
+            f"{place(self.plan.corners[:, k])}. Remedy: cut off what is so thin"
+        ) from trouble
 
     def on(self, mesh: MeshTri, size: float, begin: float) -> Attempt:
         """On a mesh, the making of which began at some time."""
