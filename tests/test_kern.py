@@ -4,12 +4,14 @@ from plans import annulus, disc, perturbed, rectangle
 from scipy.spatial import ConvexHull
 
 from skfem_dual import (
+    ConvergenceError,
     DualMesh,
     GradedHalfSpace,
     HalfSpace,
     Layer,
     LayeredHalfSpace,
     Paraboloid,
+    ResolutionWarning,
     RigidPunch,
 )
 from skfem_dual.grids.generate import disc as fine_disc
@@ -77,3 +79,22 @@ def test_kern_in_any_unit_of_length(unit):
 def test_shaped_punches_have_none():
     with pytest.raises(ValueError, match="expected a flat punch"):
         punch(disc(2), gap=Paraboloid(1.0)).kern()
+
+
+def crusted(ratio, thickness, n):
+    ground = LayeredHalfSpace([Layer(thickness, 1.0, 0.3)], HalfSpace(1 / ratio, 0.3))
+    return RigidPunch(ground, DualMesh.from_mesh(fine_disc(n=n)).basis())
+
+
+def test_ground_that_pulls_under_a_mere_settlement_has_no_kern():
+    """Inside a plan on a crust: no mesh mends that, which was the remedy."""
+    for n in 100, 300:
+        with pytest.raises(ConvergenceError, match="There is none: the ground would have to pull"):
+            crusted(6, 0.6, n).kern()
+
+
+def test_a_kern_by_hardly_any_pressure_is_rough():
+    with pytest.warns(ResolutionWarning, match=r"fall to 1.3 % of their mean on cell \d+ at"):
+        coarse = crusted(8, 1.0, 100).kern()
+    assert np.hypot(*coarse).max() > 0.29  # 0.228 with 1000 cells
+    assert np.hypot(*crusted(6, 1.0, 100).kern()).max() == pytest.approx(0.4242, rel=0.02)

@@ -9,6 +9,8 @@ from skfem_dual import (
     ContactRegion,
     DualMesh,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
     MeasuredProfile,
     Paraboloid,
     PeriodicGround,
@@ -445,3 +447,21 @@ def test_no_contact_without_a_cell_in_contact(seed):
     middles = drawn.p[:, drawn.t[:, drawn.areas > 0]].mean(axis=1)
     far = np.abs(middles[:, :, None] - x[:, None]).max(axis=0).min(axis=1)
     assert far.max() < 1.6 / n
+
+
+@pytest.mark.parametrize(
+    ("grid", "n", "error"),
+    [("quads", 128, 0.15), ("dual", 256, 0.06), ("triangles", 256, 0.06), ("dual", 600, 0.05)],
+)
+def test_contact_along_the_edge_on_a_crust(grid, n, error):
+    """Pressures fall sooner than by the law: areas were down to two thirds; 1.10 +- 0.01 on all
+    fine grids, and no smaller than what touches on coarse ones by more than 15 %."""
+    ground = LayeredHalfSpace([Layer(0.4, 1.0, 0.3)], HalfSpace(0.1, 0.3))
+    if grid == "quads":
+        mesh = MeshQuad.init_tensor(np.linspace(-1, 1, 17), np.linspace(-0.5, 0.5, 9))
+        basis = CellBasis(mesh, ElementQuad0())
+    else:
+        dual = DualMesh.from_mesh(generate.rectangle(2.0, 1.0, n=n))
+        basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    found = RigidPunch(ground, basis).solve(1.0)
+    assert found.contact_area == pytest.approx(1.10, rel=error)

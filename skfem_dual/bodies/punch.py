@@ -233,8 +233,13 @@ class RigidPunch(Movable, RigidBodies):
         ValueError
             If the punch is not flat: it lifts off depending on the force.
         ConvergenceError
-            If pure settlement does not press on every cell; improve the mesh. Or if so few cells
-            resist no tilt.
+            If pure settlement does not press on every cell: on a stiff crust there may be no kern,
+            elsewhere improve the mesh. Or if so few cells resist no tilt.
+
+        Warns
+        -----
+        ResolutionWarning
+            If it hardly does on some cell, as on stiff crusts, so that the kern may be too large.
 
         Examples
         --------
