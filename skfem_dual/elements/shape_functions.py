@@ -29,6 +29,8 @@ _B = TypeVar("_B", bound=AbstractBasis)
 #: how far functions of vertices may be from 1 in these; loads assembled with them are off by a
 #: tenth of that
 NODAL = 1e-3
+#: sizes of a mesh between the origin and its middle from which on functions of plates lose digits
+OFF_ORIGIN = 0.1
 #: a point of the reference element that is in no lattice
 BESIDE = 0.31, 0.57, 0.23
 #: what polynomials may be off there, made of coordinates that are not about the middle of each
@@ -132,10 +134,11 @@ class ShapeFunctions:
         """The element, and the mapping to its coordinates.
 
         Functions of plates are polynomials of the coordinates themselves and lose digits with the
-        square of the distance from the origin: they are made anew about the middle of the mesh.
+        square of the distance from the origin, those of the fifth degree sooner: they are made
+        anew about the middle of the mesh.
         """
         element, mesh = self.basis.elem, self.basis.mesh
-        if not (self._global and is_far(mesh)):
+        if not (self._global and is_far(mesh, OFF_ORIGIN)):
             return element, self.mapping
         return without_functions(element), mapping_about_middle(mesh)
 

@@ -28,9 +28,9 @@ def mapping_about_middle(mesh: Mesh) -> Mapping:
     return own_mapping(mesh.translated(-middle_of(mesh)))
 
 
-def is_far(mesh: Mesh) -> bool:
-    """Whether a mesh lies farther from the origin than its own size along some axis."""
-    return bool((np.abs(middle_of(mesh)) > np.ptp(mesh.p, axis=1)).any())
+def is_far(mesh: Mesh, sizes: float = 1.0) -> bool:
+    """Whether a mesh lies farther from the origin than so many of its sizes along some axis."""
+    return bool((np.abs(middle_of(mesh)) > sizes * np.ptp(mesh.p, axis=1)).any())
 
 
 class InverseAboutMiddle(MappingIsoparametric):
