@@ -413,10 +413,11 @@ def test_small_holes_have_small_triangles_around():
 
 
 @pytest.mark.parametrize("angle", np.linspace(0, 3, 7))
-def test_rings_touch_by_rounding_and_not_from_a_distance(angle):
+@pytest.mark.parametrize(("at", "apart"), [(0.3, 1e-10), (5e6, 1e-6)])
+def test_rings_touch_by_rounding_and_not_from_a_distance(angle, at, apart):
     """A corner on a side, a side on a side, and two holes end to end, however turned."""
     c, s = np.cos(angle), np.sin(angle)
-    for gap, meet in (0.0, True), (1e-10, False):
+    for gap, meet in (0.0, True), (apart, False):
         for holes in (
             [[(0.7, gap), (1.5, 1.0), (0.5, 1.0)]],
             [[(0.5, gap), (1.5, gap), (1.0, 1.0)]],
@@ -426,7 +427,7 @@ def test_rings_touch_by_rounding_and_not_from_a_distance(angle):
             ],
         ):
             rings = [[(0, 0), (2, 0), (2, 2), (0, 2)], *holes]
-            loops = [np.array([[c, -s], [s, c]]) @ (np.array(ring).T + 0.3) for ring in rings]
+            loops = [np.array([[c, -s], [s, c]]) @ np.array(ring).T + at for ring in rings]
             if meet:
                 with pytest.raises(ValueError, match="neither cross nor touch"):
                     check_loops(loops)

@@ -13,7 +13,7 @@ from ..errors import MeshError
 from ..kernels.once import computed_once
 from ..messages import place
 from .outline import distance_to_segments, inside_loops
-from .planar import cross
+from .planar import cross, rounding
 
 #: how far apart nodes should be in points of shape (2, n)
 Width = Callable[[ndarray], ndarray]
@@ -203,7 +203,9 @@ def check_loops(loops: list[ndarray]) -> None:
     """Sides must not meet except in corners, and the holes lie inside the outline only."""
     a = np.hstack(loops)
     b = np.hstack([np.roll(v, -1, axis=1) for v in loops])
-    tolerance = TOUCHING * np.ptp(a, axis=1).max()
+    require_digits(np.stack([a.min(axis=1), a.max(axis=1)], axis=1))
+    digits = rounding(a)
+    tolerance = TOUCHING * np.ptp(a, axis=1).max() + digits
 
     def same(p: ndarray, q: ndarray) -> ndarray:
         """Whether corners of all combinations are one."""
@@ -212,8 +214,9 @@ def check_loops(loops: list[ndarray]) -> None:
     def turn(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Sense of the triangles of all combinations of a side and a corner."""
         u, w = (q - p)[:, :, None], r[:, None, :] - p[:, :, None]
-        area, scale = cross(u, w), np.hypot(*u) * np.hypot(*w)
-        return np.where(np.abs(area) <= 1e-12 * scale, 0, np.sign(area))
+        area, lengths = cross(u, w), (np.hypot(*u), np.hypot(*w))
+        least = 1e-12 * lengths[0] * lengths[1] + digits * np.add(*lengths)
+        return np.where(np.abs(area) <= least, 0, np.sign(area))
 
     def between(p: ndarray, q: ndarray, r: ndarray) -> ndarray:
         """Whether corners lie in the box of a side, on whose line they are."""
