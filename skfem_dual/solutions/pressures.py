@@ -1,6 +1,5 @@
 """Pressures of cells: what is answered about contact, whatever presses on the ground."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -42,7 +41,7 @@ def checked_solution(name: str, value: Any) -> "CellPressures":
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures(ReadOnly, ABC):
+class CellPressures(ReadOnly):
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -397,13 +396,13 @@ class CellPressures(ReadOnly, ABC):
         times = ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())
         return {"Result": self.message, "Time [s]": times}
 
-    @abstractmethod
     def _position_rows(self) -> dict[str, str]:
         """Rows of where the body is."""
+        return {}
 
-    @abstractmethod
     def _residuals(self) -> str:
         """How well the equations hold."""
+        return f"contact {self.complementarity_residual:.0e}"
 
     def _on_demand(self) -> dict[str, str]:
         """Rows of what takes a few times the solution: once it is known, or how to have it."""
