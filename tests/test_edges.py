@@ -220,3 +220,37 @@ def test_a_crust_pulls_in_truth(grid, n, ratio, error, warned):
             )
         solution = punch.solve(1.0, unilateral=False)
     assert solution.settlement == pytest.approx(exact, rel=error)
+
+
+def test_edges_that_are_named_on_a_crust():
+    """Constant cells, which tell how far it pulls, have none."""
+    mesh = generate.disc(n=300).with_boundaries({"rim": lambda x: np.hypot(*x) > 0.9})
+    named = CellBasis(mesh, ElementTriP0())
+    some = RigidPunch(crust(50), named, edge_boundaries="rim")
+    every = RigidPunch(crust(50), named)
+    with pytest.warns(ResolutionWarning, match="too coarse for a crust"):
+        found = some.solve(1.0, unilateral=False).settlement
+    with pytest.warns(ResolutionWarning, match="too coarse for a crust"):
+        assert found == every.solve(1.0, unilateral=False).settlement
+
+
+def test_thin_cells_are_told_on_a_layer_that_is_no_crust():
+    layer = LayeredHalfSpace([Layer(0.2, 1.0, 0.3)], HalfSpace(0.9, 0.3))
+    mesh = generate.disc(n=100, graded="sine").scaled((1.0, 1e-3))
+    punch = RigidPunch(layer, DualMesh.from_mesh(mesh).basis())
+    with pytest.warns(ResolutionWarning, match="too long and thin for the law of the edge. Rem"):
+        punch.solve(1.0, unilateral=False)
+
+
+def test_all_doors_tell_of_contact_narrower_than_a_cell():
+    mesh = generate.disc(n=200)
+    one, two = (
+        RigidPunch(
+            crust(100), DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0)
+        )
+        for x in (0.0, 5.0)
+    )
+    with pytest.warns(ResolutionWarning, match=r"wider than one: .* in case .dead. \(1 of 1 load"):
+        one.solve_many({"dead": {"force": 1.0}})
+    with pytest.warns(ResolutionWarning, match="wider than one"):
+        RigidPunches([one, two]).solve([{"force": 1.0}] * 2)

@@ -316,6 +316,18 @@ def test_a_part_without_load_has_no_position():
     assert replace(punch, D=basis.get_dofs(lambda x: x[0] > 3.5)).solve(of_one).success
 
 
+def test_a_part_far_smaller_than_another_bears_its_load():
+    one = MeshTri.init_tensor(np.linspace(0, 3, 5), np.linspace(0, 2, 4))
+    mesh = one + one.scaled(5e-4).translated((4.0, 0.0))
+    basis, stiffness = kirchhoff(mesh)
+    punch = ElasticPunch(SOIL, CellBasis(mesh, ElementTriP0()), basis, stiffness)
+    solution = punch.solve(LinearForm(lambda v, w: v).assemble(basis))
+    assert solution.success
+    small = punch.partition.centroids[0] > 3.5
+    areas = punch.partition.areas[small]
+    assert solution.pressure[small] @ areas == pytest.approx(areas.sum(), rel=1e-4)
+
+
 def test_a_part_without_load_beside_one_on_springs():
     """It was said to pull."""
     one = MeshTri.init_tensor(np.linspace(0, 3, 5), np.linspace(0, 2, 4))

@@ -344,7 +344,7 @@ def test_data_tells_what_was_solved():
     assert np.array(footing["kern"]) == pytest.approx(punch.kern().T + punch.origin)
     assert footing["circle_radius"] == pytest.approx(cases.circles.radius)
     assert {"grid", "points", "envelope", "error", "stress_profile", "cases"} == (
-        set(footing) - set(exact) - {"area", "centroid", "kern", "circle_radius"}
+        set(footing) - set(exact) - {"area", "extent", "centroid", "kern", "circle_radius"}
     )
     case, s = footing["cases"][0], cases["pushed"]
     hull = p[:, ConvexHull(p.T).vertices]

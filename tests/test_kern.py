@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from plans import annulus, disc, perturbed, rectangle
 from scipy.spatial import ConvexHull
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import (
     ConvergenceError,
@@ -98,3 +99,11 @@ def test_a_kern_by_hardly_any_pressure_is_rough():
         coarse = crusted(8, 1.0, 100).kern()
     assert np.hypot(*coarse).max() > 0.29  # 0.228 with 1000 cells
     assert np.hypot(*crusted(6, 1.0, 100).kern()).max() == pytest.approx(0.4242, rel=0.02)
+
+
+@pytest.mark.parametrize("cells", [(4, 12), (12, 36), (36, 12)])
+def test_kern_on_cells_longer_than_wide(cells):
+    """Planes through a row of cells run wild across it: it was down to a twentieth."""
+    nx, ny = (np.linspace(0.0, 1.0, n + 1) for n in cells)
+    square = RigidPunch(UNIT, CellBasis(MeshQuad.init_tensor(nx, ny), ElementQuad0()))
+    assert np.ptp(square.kern(), axis=1) == pytest.approx(0.43, rel=0.05)

@@ -463,3 +463,5 @@ def test_no_arc_leads_through_a_point_beyond_its_ends():
     with pytest.raises(ValueError, match=r"between start and end for through, got \(3, 0\)"):
         Plan.bulge((0, 0), (3, 0), (2, 0))
     assert Plan.bulge((0, 0), (1.5, 0), (2, 0)) == 0.0
+    with pytest.raises(ValueError, match="between start and end for through"):
+        Plan.bulge((0, 0), (0.3, 0.9), (0.1, 0.3))

@@ -349,6 +349,20 @@ def test_largest_settlements_of_round_plans(angle):
     assert np.ptp(found.hull, axis=1) == pytest.approx(4.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("far", [0.0, 4.5e5])
+def test_corners_are_those_of_the_plan(far):
+    """Nodes of a slot's round ends, and of fillets, were named as corners."""
+    slot = Plan.from_polygon([(2, 1.5), (4, 1.5), (4, 2.5), (2, 2.5)], bulges=[0, 1, 0, 1])
+    outline = Plan.from_polygon([(0, 0), (6, 0), (6, 4), (0, 4)], holes=[slot])
+    moved = outline.translated((far, far))
+    solution = solve_plan(moved, HalfSpace(30e3, 0.3), 900.0, accuracy=1e-2)
+    cases = solution.punch.solve_many([{"force": 900.0}])
+    for found in (solution, cases):
+        points = bodies_of(found, Details())[0].points
+        assert list(points) == ["A", "B", "C", "D"]
+        assert np.array(list(points.values())).T - far == pytest.approx(outline.corners, abs=1e-9)
+
+
 def test_hulls_of_plans():
     stadium = Plan.from_polygon([(0, 0), (4, 0), (4, 2), (0, 2)], bulges=[0, 1, 0, 1])
     assert ConvexHull(stadium.hull.T).volume == pytest.approx(8 + np.pi, rel=1e-5)

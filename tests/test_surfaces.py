@@ -254,3 +254,21 @@ def test_a_surface_is_told_in_a_line(tmp_path):
     assert repr(profile) == shown
     scattered = MeasuredProfile([[0.0, 1.0, 0.0], [0.0, 0.0, 2.0]], [0.0, 0.25, -1.0])
     assert repr(scattered) == "MeasuredProfile(3 heights, -1 to 0.25, at x 0 to 1, y 0 to 2)"
+
+
+def test_headings_in_remarks_and_in_quotes(tmp_path):
+    """As numpy and R write them."""
+    rows = np.vstack([points().reshape(2, -1), HEIGHTS.ravel()]).T[:, [1, 0, 2]]
+    path = tmp_path / "points.csv"
+    np.savetxt(path, rows * [1e3, 1e3, 1e6], delimiter=",", header="y [mm],x [mm],z [um]")
+    check(MeasuredProfile.read(path))
+    np.savetxt(path, rows, header='"y" "x" "z"', comments="")
+    check(MeasuredProfile.read(path))
+    np.savetxt(path, rows[:, [1, 0, 2]], header="measured on Monday by X and Y")
+    check(MeasuredProfile.read(path))
+    np.savetxt(path, rows, header="y in mm x in mm z in um", comments="")
+    with pytest.raises(ValueError, match="a heading for each of the 3 columns"):
+        MeasuredProfile.read(path)
+    np.savetxt(path, rows, delimiter=",", header="x,y,height (mean)", comments="")
+    with pytest.raises(ValueError, match=r"got 'mean'. Remedy: no brackets around"):
+        MeasuredProfile.read(path)

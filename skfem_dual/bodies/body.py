@@ -15,12 +15,11 @@ from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
 from ..elements.edge_weights import EdgeWeights
-from ..elements.resolution import bonded_too_coarse
+from ..elements.resolution import bonded_too_coarse, has_crust
 from ..errors import MeshError, ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
-from ..ground.stratified import Stratified
 from ..kernels.once import FromFields, computed_once, freeze
 
 #: shapes farther from the ground than so many times what they vary by lose their digits
@@ -246,8 +245,9 @@ class Movable(Body):
             return
         areas, pressure = self.partition.areas, self.system.unit_pressures[:, 0]
         message = pulling(areas, pressure)
-        if message and isinstance(self.footprint.substrate, Stratified):
-            constant = replace(cast(Any, self), edge="constant").system.unit_pressures[:, 0]
+        if message and has_crust(self.footprint.substrate, self.partition):
+            plain = replace(cast(Any, self), edge="constant", edge_boundaries=None)
+            constant = plain.system.unit_pressures[:, 0]
             message = pulling(areas, pressure, constant)
         if message:
             warn(message, ResolutionWarning)

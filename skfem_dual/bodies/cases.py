@@ -15,7 +15,7 @@ from ..contact.load import Constraints, Load, Share
 from ..contact.many import ManyLoads
 from ..contact.motions import require_grip
 from ..contact.one_sign import solved_each
-from ..contact.problem import Contact, rough_under
+from ..contact.problem import Contact
 from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..errors import ConvergenceError, ConvergenceWarning, ResolutionWarning, warn
@@ -41,7 +41,7 @@ class CaseAnswers:
     messages : tuple of str
         What was found of all punches together, or why not.
     rough : tuple of str
-        Warnings of contact on few cells.
+        Warnings of contact on few cells, or hardly wider than one.
     """
 
     names: tuple[str, ...]
@@ -131,7 +131,7 @@ def solve_cases(
         timings = problem.timings | {"all cases": perf_counter() - begin}
         answers[k] = problem.answers(loads[k], contact, position, timings)
         messages[k] = contact.message or contact.description
-        if contact.success and (few := rough_under(contact, problem.cells_of_bodies)):
+        if contact.success and (few := problem.rough(contact)):
             rough.append(f"{few[0]}; first in case {names[k]!r}")
     for sharp, some in over.items():
         named = tuple(names[k] for k in some)

@@ -61,9 +61,8 @@ from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
 #: deflections of the ground's surface below so many times the largest are none, and below so many
 #: times what motions make of the structure, but for parts that are so many times as stiff
 AT_REST, IDLE, ALIKE = 1e-8, 1e-6, 1e3
-#: motions that move a cell by less of what they move others are rounding there, and so are loads
-#: of a part of the structure that are less of all loads
-STILL, UNLOADED = 1e-8, 1e-9
+#: motions that move a cell by less of what they move others are rounding there
+STILL = 1e-8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -315,12 +314,13 @@ class ElasticPunch(Body):
         _, part = connected_components(self.compliance.stiffness, directed=False)
         return readonly(part), readonly(part[np.asarray(abs(self.trace).argmax(axis=1)).ravel()])
 
-    def untold(self, part: ndarray, loads: ndarray) -> str:
+    def untold(self, part: ndarray, loads: ndarray, rounding: float = 0.0) -> str:
         """What moves without resistance and is not loaded, in words; none if there is no such
-        part. ``loads`` are those of any number of places, each in a part."""
+        part. ``loads`` are those of any number of places, each in a part; so much of all of them
+        is ``rounding``."""
         load = np.bincount(part, np.abs(loads), self.parts[0].max() + 1)
         moved = np.abs(self.trace @ self.motions).max(axis=1, initial=0.0)
-        lost = (load <= UNLOADED * load.sum())[self.parts[1]] & (moved > STILL * moved.max())
+        lost = (load <= rounding * load.sum())[self.parts[1]] & (moved > STILL * moved.max())
         if not lost.any():
             return ""
         cell = int(lost.argmax())
@@ -331,7 +331,7 @@ class ElasticPunch(Body):
     def require_load(self, f: ndarray, held: ndarray) -> None:
         """Refuse loads, with a ValueError, that leave out a part of the structure of which nothing
         else tells the position. Without any load all of it stays where it is."""
-        loads = self._effective(f, held) * self.compliance.units
+        loads = self._effective(f, held)
         if loads.any() and (lost := self.untold(self.parts[0], loads)):
             raise ValueError(
                 f"expected loads on all of the structure, got none on {lost}, "

@@ -283,7 +283,7 @@ class RigidPunches(RigidBodies):
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(given, how, contact.pressure, progress)
         timings = self.timings | {"solution": perf_counter() - begin}
-        warn_of(contact, self.cells_of_bodies)
+        warn_of(contact, self.rough(contact))
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
     def solve_many(

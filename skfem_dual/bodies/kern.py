@@ -13,6 +13,7 @@ from ..contact.planes import PlaneFit
 from ..contact.system import ContactSystem
 from ..contact.unilateral import solve_scaled
 from ..errors import ConvergenceError, ResolutionWarning, warn
+from ..grids.evening import evening
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
@@ -82,7 +83,7 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
     ratio = (by_moment / unit[:, :1]).T
     ends = np.unique(partition.facets[:, edge_ribs(partition)])
     edge = partition.polygons.p[:, ends]
-    planes = PlaneFit.to_nearest(acting, edge)
+    planes = PlaneFit.to_nearest(acting, edge, evening(partition.polygons))
     on_edge = np.stack([planes(a)[0] for a in ratio])
     # the half-planes 1 + a . d >= 0 have the polygon polar to the hull of the points -a
     hull = ConvexHull(-np.hstack([ratio, on_edge]).T)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from skfem import CellBasis
 
 from ..arguments import Pair, checked_flag, checked_instance
-from ..contact.edges import EdgeBoundaries, narrow
+from ..contact.edges import EdgeBoundaries
 from ..contact.footprint import Collocation, Edge, Footprint
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
 from ..contact.motions import holding
@@ -20,7 +20,6 @@ from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist
-from ..errors import ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
@@ -84,23 +83,27 @@ class RigidPunch(Movable, RigidBodies):
         are summed up. By default dense with exact entries up to 4000 cells (on graded and layered
         ground to 1e-9 of the homogeneous entry and the error of the influence function), 1e-6
         and whatever is fastest beyond. Fast operators are solved by iterations.
-    outline : (2, k) array of float, optional
-        Points on the edge of the plan that span it, where the cells have nodes beside it, as on
-        arcs, whose meshes keep the area: `Plan.hull`. Largest settlements and corners of the
-        plan are those of its points; by default of the vertices of the cells.
     symmetry : "auto" or Symmetry, optional
         Mirror lines and rotations of the plan and its mesh, found or given: the matrix needs one
         row of each orbit of cells and is solved in independent blocks. ``print(symmetry)`` tells
         the saving. The load need not be symmetric.
+    outline : (2, k) array of float, optional
+        Points on the edge of the plan that span it, where the cells have nodes beside it, as on
+        arcs, whose meshes keep the area: `Plan.hull`. Largest settlements are those of its
+        points; by default of the vertices of the cells.
+    corners : (2, m) array of float, optional
+        Corners of the plan, re-entrant ones and those of holes too: `Plan.corners`. Reports name
+        their settlements; by default they are where the edge of the mesh turns sharply, as it may
+        do on coarse arcs, too.
 
     Raises
     ------
     TypeError
         If an argument is something else than what it must be.
     ValueError
-        If boundaries are not on the edge of the plan, a shape is not finite in all cells or its
-        size not theirs, or the punch is flat on a `PeriodicGround`; cells that do not fill its
-        period are refused by `solve`.
+        If boundaries are not on the edge of the plan, an outline spans another one, a shape is
+        not finite in all cells or its size not theirs, or the punch is flat on a
+        `PeriodicGround`; cells that do not fill its period are refused by `solve`.
     MeshError
         If the basis is not piecewise constant on cells of a plane region, or the cells do not
         have the symmetry that is given.
@@ -124,13 +127,14 @@ class RigidPunch(Movable, RigidBodies):
     origin: Pair = (0.0, 0.0)
     gap: Gap | None = None
     rtol: float | None = None
-    outline: ArrayLike | None = None
     symmetry: Literal["auto"] | Symmetry | None = None
+    outline: ArrayLike | None = None
+    corners: ArrayLike | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
     edge_by_contact: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        self._own("gap", "edge_boundaries", "outline")
+        self._own("gap", "edge_boundaries", "outline", "corners")
         if self.edge is None or isinstance(self.edge, Unchosen):
             flat = self.gap is None and not self._periodic
             object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
@@ -165,6 +169,7 @@ class RigidPunch(Movable, RigidBodies):
             self.origin,
             self.rtol,
             self.outline,
+            self.corners,
         )
 
     @computed_once
@@ -345,20 +350,13 @@ class RigidPunch(Movable, RigidBodies):
             contact, position = self.contact(constraints, how, start)
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(load, how, contact.pressure, progress)
-        warn_of(contact)
-        if contact.success:
-            self._warn_of(contact.touching, how.unilateral)
+        warn_of(contact, self.rough(contact))
+        if contact.success and not how.unilateral:
+            self.warn_of_pulling()
         timings = self.timings | {"solution": perf_counter() - begin}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
         _ = solution.shear  # what does not hold is told now
         return solution
-
-    def _warn_of(self, touching: ndarray, unilateral: bool) -> None:
-        """Warn of what the law of the edge cannot tell on these cells."""
-        if not unilateral:
-            self.warn_of_pulling()
-        elif self.gap is None and (message := narrow(self.partition, touching)):
-            warn(message, ResolutionWarning)
 
     def solve_many(
         self,

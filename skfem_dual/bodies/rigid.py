@@ -9,13 +9,14 @@ import numpy as np
 from numpy import ndarray
 
 from ..contact.by_work import met, unmet
+from ..contact.edges import narrow
 from ..contact.footprint import Footprint
 from ..contact.line_law import with_line_law
 from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import ExactRows, LoadedCells, slices_of
 from ..contact.one_sign import solved
 from ..contact.parts import Part, by_bodies, flattened_system
-from ..contact.problem import Contact
+from ..contact.problem import Contact, rough_under
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
@@ -72,6 +73,15 @@ class RigidBodies(FromFields, ABC):
         for part, cells in zip(self.parts, self.slices, strict=True):
             own.setdefault(part.body, []).append(np.arange(cells.start, cells.stop))
         return [np.concatenate(cells) for cells in own.values()]
+
+    def rough(self, contact: Contact) -> list[str]:
+        """Warnings of contact on few cells, or hardly wider than one under a flat punch."""
+        found = rough_under(contact, self.cells_of_bodies)
+        joined = np.bincount([part.body for part in self.parts]) > 1
+        for part, own in zip(self.parts, self.slices, strict=True):
+            if not joined[part.body] and not self.system.gap[own].any():
+                found.append(narrow(part.footprint.partition, contact.touching[own]))
+        return [message for message in found if message]
 
     @computed_once
     def sloping(self) -> tuple[SlopeCorrection, ...]:

@@ -62,8 +62,8 @@ class Base:
         How that was chosen.
     accuracy : Accuracy, optional
         How the mesh was chosen, if that of an outline.
-    outline : (2, k) array of float, optional
-        The hull of that.
+    outline, corners : (2, k) array of float, optional
+        Hull and corners of that.
     """
 
     name: str
@@ -74,6 +74,7 @@ class Base:
     origin_is: str
     accuracy: Accuracy | None = None
     outline: ndarray | None = None
+    corners: ndarray | None = None
 
 
 def read_bases(
@@ -126,8 +127,8 @@ def read_bases(
                 footing = f"footing {name}: " if len(names) > 1 else ""
                 raise ValueError(f"{footing}{error}") from error
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
-        outline = None if isinstance(plan, MeshTri) else plan.hull
-        bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy, outline))
+        of_plan = () if isinstance(plan, MeshTri) else (plan.hull, plan.corners)
+        bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy, *of_plan))
     return bases
 
 
@@ -253,6 +254,7 @@ def punches_of(
             collocation=options.collocation,
             origin=base.origin,
             outline=base.outline,
+            corners=base.corners,
         )
         for base in bases
     ]

@@ -29,6 +29,7 @@ from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
+from ..messages import place
 from ..operators.influence_operator import COARSEST, RTOL
 from .edges import EdgeBoundaries, weights_of
 from .load import Hull
@@ -57,7 +58,7 @@ class Footprint(LoadedCells):
         The point to which resultants refer.
     rtol : float or None
         Accuracy of settlements under given pressures; None: exact while that is a small matrix.
-    outline : (2, k) array of float or None
+    outline, corners : (2, k) array of float or None
         As of `RigidPunch`.
     """
 
@@ -67,6 +68,7 @@ class Footprint(LoadedCells):
     origin: Pair
     rtol: float | None
     outline: ndarray | None = None
+    corners: ndarray | None = None
 
     @classmethod
     def from_basis(
@@ -79,6 +81,7 @@ class Footprint(LoadedCells):
         origin: Pair = (0.0, 0.0),
         rtol: float | None = None,
         outline: ArrayLike | None = None,
+        corners: ArrayLike | None = None,
     ) -> "Footprint":
         """Of a basis of piecewise constants; arguments as of `RigidPunch`.
 
@@ -102,9 +105,11 @@ class Footprint(LoadedCells):
         origin = checked_pair("origin", origin)
         if rtol is not None:
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
-        if outline is not None:
-            outline = readonly(checked_array("outline", outline, (2, "k"), least=3))
         partition = Partition.from_basis(basis)
+        if outline is not None:
+            outline = _checked_outline(outline, partition)
+        if corners is not None:
+            corners = readonly(checked_array("corners", corners, (2, "m")))
         if coarse := too_coarse(substrate, partition, edge == "singular"):
             warn(coarse, ResolutionWarning)
         law: tuple[EdgeWeights | None, Slopes | None] = None, None
@@ -113,7 +118,7 @@ class Footprint(LoadedCells):
             law = weights, Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
         plan = substrate, partition, *law, points, basis
-        return cls(*plan, edge, collocation, origin, rtol, outline)
+        return cls(*plan, edge, collocation, origin, rtol, outline, corners)
 
     @computed_once
     def hull(self) -> ndarray:
@@ -246,6 +251,27 @@ class Footprint(LoadedCells):
         kind = {3: "triangles", 4: "quadrilaterals"}.get(self.partition.polygons.sizes.max())
         kind = "dual cells" if self.on_dual_cells else kind
         return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
+
+
+def _checked_outline(outline: ArrayLike, partition: Partition) -> ndarray:
+    """Points that span the plan of the cells, up to one cell beside these.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no points, or span another plan.
+    """
+    points = readonly(checked_array("outline", outline, (2, "k"), least=3))
+    own, beside = partition.polygons.p, np.sqrt(partition.areas.max())
+    for end in (np.min, np.max):
+        if (np.abs(end(points, axis=1) - end(own, axis=1)) > beside).any():
+            raise ValueError(
+                "expected an outline that spans the plan, whose cells reach from "
+                f"{place(own.min(axis=1))} to {place(own.max(axis=1))}, got one from "
+                f"{place(points.min(axis=1))} to {place(points.max(axis=1))}. Remedy: "
+                "Plan.hull of the plan of which the mesh is, in its unit"
+            )
+    return points
 
 
 def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:

@@ -188,15 +188,13 @@ class Contact(ReadOnly):
         )
 
 
-def warn_of(contact: Contact, parts: Sequence[slice | ndarray] = (slice(None),)) -> None:
-    """Warn the caller of a solver of contact that was not found, or is rough under a body.
-
-    ``parts`` are the cells of each body.
-    """
+def warn_of(contact: Contact, rough: Sequence[str] | None = None) -> None:
+    """Warn the caller of a solver of contact that was not found, or is rough; by default under the
+    one body that there is."""
     if not contact.success:
         warn(contact.message, ConvergenceWarning)
         return
-    for message in rough_under(contact, parts):
+    for message in rough_under(contact, [slice(None)]) if rough is None else rough:
         warn(message, ResolutionWarning)
 
 

@@ -32,7 +32,7 @@ from .planes import PlaneFit
 from .problem import DOZEN
 
 #: parts of the cells in contact under an even base of which a region may take in less neither of
-#: them nor of their points: it is 0.87 to 1.05 on homogeneous ground, 0.5 and more on crusts that
+#: them nor of their points: it is 0.84 to 1.05 on homogeneous ground, 0.5 and more on crusts that
 #: bend within a cell
 LEFT = 0.85, 0.65
 #: sizes of a cell, farther than which the sign of the distance is all that counts

@@ -81,6 +81,16 @@ def crusted(substrate: Substrate, partition: Partition) -> bool:
     return bool(_stiffening(substrate, h / 2)[0] > CRUST)
 
 
+def has_crust(substrate: Substrate, partition: Partition) -> bool:
+    """Whether the ground is much stiffer to waves of the cells than to ones as long as the plan is
+    wide, so that it pulls under a plan in full contact."""
+    if not isinstance(substrate, Stratified):
+        return False
+    k = np.pi / np.sqrt([partition.areas.min(), partition.areas.sum()])
+    short, long = k * substrate.symbol(k)
+    return bool(long > CRUST * short)
+
+
 def _stiffening(substrate: Stratified, h: ndarray) -> ndarray:
     """Compliance to waves four times as long as cells of sizes ``h``, over that to ones as short,
     (n,) array."""

@@ -7,7 +7,7 @@ from numpy import ndarray
 
 from ..arguments import Pair
 from ..contact.measured import MICROMETRES, checked_spacing, middles
-from ..messages import one_line
+from ..messages import listed, one_line
 from ..units import LENGTHS
 from .guarded import require_file, text_of
 from .tables import COORDINATES, Heading, cells_of, make_numbers, parted_heads
@@ -94,16 +94,22 @@ def _array(file: Any) -> ndarray:
 
 
 def _text(file: Any) -> tuple[ndarray, list[Heading]]:
-    """Numbers of a text, in columns, and their headings if a first line of words has some; what
-    begins with # is skipped."""
-    text, heads = text_of(file), []
+    """Numbers of a text, in columns, and their headings if a first line of words has some, or the
+    last one with # before the numbers names x and y; what else begins with # is skipped."""
+    text = text_of(file)
     try:
-        numbered = enumerate(text.splitlines(), 1)
-        lines = {k: line for k, line in numbered if line.strip() and line.lstrip()[0] != "#"}
+        filled = {k: line for k, line in enumerate(text.splitlines(), 1) if line.strip()}
+        lines = {k: line for k, line in filled.items() if line.lstrip()[0] != "#"}
         first = next(iter(lines.values()), "")
         separator = next((mark for mark in SEPARATORS if mark in first), None)
-        if _is_heading(cells := parted_heads(first, separator)):
-            lines, heads = dict(list(lines.items())[1:]), [Heading.of(cell) for cell in cells]
+        heads = _headings(first, separator)
+        if _is_heading(parted_heads(first, separator)):
+            lines = dict(list(lines.items())[1:])
+        else:
+            remarks = [line for k, line in filled.items() if lines and k < min(lines)]
+            told = _headings(remarks[-1].lstrip("# \t"), separator) if remarks else []
+            fits = len(told) == len(parted_heads(first, separator))
+            heads = told if fits and _names_places(told) else []
         if not lines:
             raise ValueError("there are none")
         if separator in (";", "\t") and any("," in line for line in lines.values()):
@@ -135,18 +141,34 @@ def _arranged(
         If a unit is none of length.
     """
     if len(heads) != values.shape[1]:
+        if points and _names_places(heads):
+            raise ValueError(
+                f"expected a heading for each of the {values.shape[1]} columns of {file}, got "
+                f"{len(heads)}: {listed([head.name for head in heads])}. Remedy: such as x [mm]"
+            )
         return values
     for head in heads:
         if head.unit and head.unit not in SIZES:
             raise ValueError(
                 f"expected a unit of length, {', '.join(SIZES)}, in the headings of {file}, got "
-                f"{head.unit!r}"
+                f"{head.unit!r}. Remedy: no brackets around what is no unit"
             )
     values = values * [SIZES[head.unit] / SIZES[unit] if head.unit else 1.0 for head in heads]
-    found = [COORDINATES.get(head.name) for head in heads]
-    if points and len(found) == 3 and found.count(0) == found.count(1) == 1:
+    if points and len(heads) == 3 and _names_places(heads):
+        found = [COORDINATES.get(head.name) for head in heads]
         values = values[:, [found.index(0), found.index(1), found.index(None)]]
     return values
+
+
+def _headings(line: str, separator: str | None) -> list[Heading]:
+    """The words of a line as headings."""
+    return [Heading.of(word.strip("\"'")) for word in parted_heads(line, separator)]
+
+
+def _names_places(heads: list[Heading]) -> bool:
+    """Whether there are one of x and one of y."""
+    found = [COORDINATES.get(head.name) for head in heads]
+    return found.count(0) == found.count(1) == 1
 
 
 def _is_heading(cells: list[str]) -> bool:

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+#: bulge of an arc that is no less than a whole circle, but for rounding
+WHOLE = 1e12
 #: parts of an arc whose ends stand for it in a hull: 5e-6 of the radius of a half-circle
 ON_HULL = 512
 
@@ -219,7 +221,7 @@ class Plan(ReadOnly):
         if size == 0 or min(np.hypot(*(m - a)), np.hypot(*(m - b))) <= SAME * size:
             raise ValueError("expected three points that differ from each other for an arc")
         bulge = bulge_through(a, m, b)
-        if bulge == 0 and (m - a) @ (m - b) > 0:
+        if (m - a) @ (m - b) > 0 and (bulge == 0 or abs(bulge) > WHOLE):
             raise ValueError(
                 f"expected a point between start and end for through, got {place(m)} beyond them "
                 "on their line, where no arc leads"

@@ -285,8 +285,13 @@ class Problem:
         """On a mesh, the making of which began at some time."""
         dual = DualMesh.from_mesh(mesh)
         with warnings_kept() as warned:
-            where: dict[str, Any] = {"origin": self.origin, "outline": self.plan.hull}
-            punch = RigidPunch(self.substrate, dual.basis(), **where)
+            punch = RigidPunch(
+                self.substrate,
+                dual.basis(),
+                origin=self.origin,
+                outline=self.plan.hull,
+                corners=self.plan.corners,
+            )
             how: dict[str, Any] = {"unilateral": self.unilateral, "progress": self.progress}
             solutions = tuple(punch.solve(**asdict(load), **how) for load in self.loads)
             for solution in solutions:

@@ -149,8 +149,10 @@ class LoadedPlan:
     @cached_property
     def points(self) -> ndarray:
         """`characteristic_points` of the plan with all its corners, shape (2, k)."""
-        partition = self.solution.punch.partition
-        return characteristic_points(self.hull, outline_corners(partition))
+        footprint = self.solution.punch.footprint
+        seen = footprint.corners is None
+        corners = outline_corners(footprint.partition) if seen else footprint.corners
+        return characteristic_points(self.hull, corners)
 
     @property
     def size(self) -> float:

@@ -28,6 +28,8 @@ ALONG = 0.1
 #: work of a stiffness on its own motions that is rounding, over the root of the squares of that
 #: of its entries: up to 2 EPS on free plates and solids
 NOISE = 64 * float(np.finfo(float).eps)
+#: pressures under a part of a structure that are less of all pressures are rounding
+UNLOADED = 1e-11
 #: mean deflections of cells farther from those of their middles, over the largest, are told
 BENT = 0.05
 
@@ -255,7 +257,7 @@ def _in_equilibrium(
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
             f"its loads; {cause}"
         )
-    elif moved.any() and (lost := punch.untold(punch.parts[1], contact.pressure)):
+    elif moved.any() and (lost := punch.untold(punch.parts[1], contact.pressure, UNLOADED)):
         # without any load it stays where it is
         message = (
             f"{lost} presses on the ground nowhere, and nothing else tells its position. "
