@@ -18,6 +18,7 @@ import skfem_dual
 from skfem_dual import DualMesh, HalfSpace, RigidPunch, RigidPunches
 from skfem_dual.cli.messages import OPTIONS, in_options
 from skfem_dual.cli.parser import EXAMPLES, day
+from skfem_dual.grids import generate
 from skfem_dual.report import figures
 
 UNITS = ["--young", "30e3", "--poisson", "0.3", "--units", "kN,m"]
@@ -410,3 +411,16 @@ def test_examples_of_the_help(capsys, tmp_path, monkeypatch):
             if file in words:
                 assert (tmp_path / words[words.index(file) + 1]).stat().st_size > 300
     assert np.isfinite(json.loads((tmp_path / "results.json").read_text())["seconds"]["all"])
+
+
+def test_contact_narrower_than_a_cell_is_told_with_a_remedy_for_the_command_line(tmp_path, capsys):
+    crust, loads = tmp_path / "crust.csv", tmp_path / "loads.csv"
+    crust.write_text("thickness,young,poisson\n0.2,1.0,0.3\n,0.01,0.3\n")
+    loads.write_text("case,force\na,1\nb,2\n")
+    generate.disc(n=150).save(str(tmp_path / "disc.vtk"))
+    found = run(capsys, "solve", tmp_path / "disc.vtk", "--substrate", crust, "--loads", loads)
+    assert found[0] == 0
+    (told,) = (line for line in found[2] if "wider than one" in line)
+    assert told.endswith(
+        "Remedy: smaller cells along the edge; first in case 'a' (2 of 2 load cases)"
+    )

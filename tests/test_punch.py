@@ -447,3 +447,6 @@ def test_an_outline_spans_the_plan_instead_of_the_cells():
     for wrong in [[0.0, 1.0]], np.zeros((2, 2)), "rim", 1e3 * inner.outline, inner.outline + 5.0:
         with pytest.raises((TypeError, ValueError), match="outline"):
             RigidPunch(UNIT, basis, outline=wrong)
+    for wrong in [0.0, 1.0], np.zeros((3, 2)), "A":
+        with pytest.raises((TypeError, ValueError), match="corners"):
+            RigidPunch(UNIT, basis, corners=wrong)

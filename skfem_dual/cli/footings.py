@@ -98,7 +98,7 @@ def read_bases(
             edge, centre = plan.p, centroid(plan)
         else:
             x, y = plan.centroid.tolist()
-            edge, centre = plan.around, (x, y)
+            edge, centre = plan.hull, (x, y)
         origin = centre if options.origin is None else tuple(options.origin)
         chosen = "centroid of the plan" if options.origin is None else "from --origin"
         if options.drawn_in is None:

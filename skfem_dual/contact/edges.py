@@ -27,8 +27,8 @@ NARROW = 0.15
 #: part of the load on the cells at the edge up to which it does not matter that pressures grow
 #: there; it falls like the root of their size
 COUNTS = 0.01
-#: how many times as much as constant cells others pull on stratified ground where they fail: discs
-#: and squares of 150 to 2000 cells on crusts of 20 to 10 000 times the modulus below
+#: how many times as much as constant cells others pull beside a crust where they fail: discs of
+#: 300 and 1000 nodes, dual cells and triangles, on crusts of 20 to 10 000 times what is below
 BEYOND = 1.2
 
 
@@ -103,10 +103,8 @@ def pulling(areas: ndarray, pressure: ndarray, constant: ndarray | None = None) 
         true = constant.min() / (constant @ areas / areas.sum())
         if pressure.min() / mean > BEYOND * min(true, -1.0):
             return ""
-        cause, remedy = (
-            f"{cause}, or too coarse for a crust",
-            "smaller cells about as long as wide",
-        )
+        cause += ", or too coarse for a crust"
+        remedy = "smaller cells about as long as wide"
     pulled = np.nonzero(pressure < 0)[0]
     return (
         f"under a mere settlement the ground would have to pull on {len(pulled)} cells, "

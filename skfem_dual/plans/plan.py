@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
 #: bulge of an arc that is no less than a whole circle, but for rounding
 WHOLE = 1e12
-#: parts of an arc whose ends stand for it in a hull: 5e-6 of the radius of a half-circle
-ON_HULL = 512
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -297,17 +295,12 @@ class Plan(ReadOnly):
         boxes = np.hstack([outline.box for outline, _ in self.parts])
         return readonly(np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1))
 
-    @property
-    def around(self) -> ndarray:
-        """Points on the outlines, ends of sides and many on arcs, shape (2, k)."""
-        return readonly(np.hstack([outline.sides.around() for outline, _ in self.parts]))
-
     @computed_once
     def hull(self) -> ndarray:
         """Corners of the plan's convex hull, many on arcs, the farthest along the axes among them,
         counter-clockwise; shape (2, k)."""
         sides = [outline.sides for outline, _ in self.parts]
-        points = np.hstack([part for s in sides for part in (s.around(ON_HULL), s.extremes())])
+        points = np.hstack([part for s in sides for part in (s.around(), s.extremes())])
         return readonly(convex_hull(points))
 
     @property

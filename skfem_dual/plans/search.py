@@ -170,7 +170,7 @@ class Problem:
 
     @computed_once
     def _hull(self) -> Hull:
-        return Hull(self.plan.around)
+        return Hull(self.plan.hull)
 
     def fault(self, load: Load) -> str:
         """Why no mesh can balance a load, empty if some may."""

@@ -13,8 +13,8 @@ from ..kernels.once import computed_once
 FLAT = 1e-9
 #: pairs of points and sides looked at together, for the memory to stay small
 CHUNK = 2**20
-#: parts of an arc whose ends stand for it
-AROUND = 64
+#: parts of an arc whose ends stand for it in a hull: 5e-6 of the radius of a half-circle
+AROUND = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +109,9 @@ class Sides:
             radius**3 * np.sin(self.angle / 2) ** 3 * outward
         )
 
-    def around(self, parts: int = AROUND) -> ndarray:
-        """Starts, and points that divide arcs into so many ``parts``; shape (2, n)."""
-        arcs, share = np.nonzero(self.curved)[0], np.arange(1, parts) / parts
+    def around(self) -> ndarray:
+        """Starts, and points that divide arcs into `AROUND` parts; shape (2, n)."""
+        arcs, share = np.nonzero(self.curved)[0], np.arange(1, AROUND) / AROUND
         on = self.at(np.repeat(arcs, len(share)), np.tile(share, len(arcs)))
         return np.hstack([self.start, on])
 
