@@ -10,7 +10,7 @@ from skfem_dual import DualMesh, GradedHalfSpace, HalfSpace, InfluenceOperator, 
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.load_matrix import points_in_pieces
 from skfem_dual.elements.slope_correction import SlopeCorrection
-from skfem_dual.elements.slopes import Slopes
+from skfem_dual.elements.slopes import Slopes, _plane
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import disc
 from skfem_dual.grids.outline import edge_ribs
@@ -217,3 +217,12 @@ def test_strips_are_enough(monkeypatch):
     few, many = (np.abs(a - found[2]).max() / np.abs(found[2]).max() for a in found[:2])
     assert few < 1e-2
     assert many < few / 3
+
+
+def test_cells_without_slopes_put_nothing():
+    """Of the last cell that would be behind the end of an array."""
+    slopes = slopes_of(BASES["dual"])
+    slopes = slopes.without(np.ones(len(slopes.sloped), dtype=bool))
+    nothing = np.empty(0), np.empty(0)
+    begin, width = _plane.py_func(len(slopes.sloped) - 1, *slopes.around, *nothing)
+    assert (begin, width) == (len(slopes.around[1]), 0)

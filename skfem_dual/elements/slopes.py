@@ -282,7 +282,8 @@ def _plane(i, starts, columns, centroids, y, mean, weighted, gx, gy):
         for k in range(width):
             ratio = mean[i] / mean[columns[begin + k]]
             gx[k], gy[k] = gx[k] * ratio, gy[k] * ratio
-    gx[own], gy[own] = own_x, own_y
+    if width:  # none has a slope of its own
+        gx[own], gy[own] = own_x, own_y
     return begin, width
 
 
