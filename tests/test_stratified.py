@@ -4,6 +4,7 @@ Reference values: computed independently of this code, all digits given are trus
 """
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from skfem_dual import (
     LayeredHalfSpace,
     RigidPunch,
     RigidPunches,
+    stress_below,
 )
 from skfem_dual.grids.generate import rectangle
 
@@ -330,3 +332,25 @@ def test_bad_numbers():
         Layer(None, 1.0, 0.2)
     with pytest.raises(TypeError, match="expected a number for ratio, got 'a'"):
         GradedHalfSpace.init_exponential(1.0, 0.2, "a", 1.0)
+
+
+@pytest.mark.parametrize(
+    "soil",
+    [
+        LINEAR,
+        GradedHalfSpace.init_exponential(1.0, 0.25, 0.5, 1.0),
+        GradedHalfSpace.init_power(1.0, 0.25, 0.5, 1.0),
+        LayeredHalfSpace([Layer(0.5, 1.0, 0.25)], "bonded"),
+        LayeredHalfSpace([Layer(0.5, 1.0, 0.25), Layer(1.0, 0.1, 0.4)], HalfSpace(0.1, 0.25)),
+    ],
+)
+def test_underflow_is_no_error(soil):
+    """Even where users want to be told of it."""
+    mesh, x = disc(2), np.array([[0.1], [0.2], [0.5]])
+    with np.errstate(all="raise"):
+        ground = replace(soil)  # computes its table anew
+        punch = RigidPunch(ground, DualMesh.from_mesh(mesh).basis())
+        solution = punch.solve(1.0, at=(0.6, 0.0))
+        assert solution.success
+        assert np.isfinite(stress_below(solution, x)).all()
+        assert np.isfinite(punch.stiffness(full=True)).all()

@@ -120,6 +120,7 @@ def _powers(degree: int) -> list[tuple[int, int]]:
 
 
 @cache
+@np.errstate(under="ignore")  # points on the axes but for rounding
 def _by_moments(degree: int) -> ndarray:
     """What each moment adds to the weights of the points, (npoints, npoints)."""
     x, powers = ring_points(degree), _powers(degree)

@@ -153,6 +153,7 @@ class WayUp(NamedTuple):
         return climb, z, self.k * reach * climb
 
 
+@np.errstate(under="ignore")
 def through_graded(
     q: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli, *, down: bool = False
 ) -> tuple[ndarray, ndarray]:
@@ -212,6 +213,7 @@ def through_graded(
     return out[:3], tractions
 
 
+@np.errstate(under="ignore")
 def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> ndarray:
     """S at the surface from S at the depths ``bottom``, one for each wave number.
 

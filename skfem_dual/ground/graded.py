@@ -278,6 +278,7 @@ class _Exponential:
     ratio: float
     length: float
 
+    @np.errstate(under="ignore")
     def __call__(self, z: ndarray) -> ndarray:
         return self.young * (self.ratio + (1 - self.ratio) * np.exp(-z / self.length))
 

@@ -59,6 +59,7 @@ class RigidDisc:
     coefficients: ndarray
 
     @classmethod
+    @np.errstate(under="ignore")
     def on(cls, ground: Stratified, radius: float) -> "RigidDisc":
         """On a ground whose moduli depend on depth."""
         surface, ratio = ground.surface, radius / ground.lengths[0]
