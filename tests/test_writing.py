@@ -128,6 +128,9 @@ def test_outputs_that_cannot_be_written(tmp_path):
         require_outputs({"--json": tmp_path / "a.json"})
     with pytest.raises(FileNotFoundError, match="no such folder for --json"):
         require_outputs({"--json": tmp_path / "none" / "a.json"})
+    (tmp_path / "link.json").symlink_to(tmp_path / "nowhere" / "a.json")
+    with pytest.raises(FileNotFoundError, match=r"no such folder for --json: .*nowhere"):
+        require_outputs({"--json": tmp_path / "link.json"})
     os.mkfifo(tmp_path / "pipe.json")
     with pytest.raises(FileExistsError, match="got the pipe"):
         require_outputs({"--json": tmp_path / "pipe.json"})

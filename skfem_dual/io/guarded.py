@@ -131,7 +131,8 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
     else:
         outcome, found = _read_apart(path, file_format)
     if outcome == "missing":
-        raise MeshError(f"meshio cannot read {path} without {found}. Remedy: pip install {found}")
+        remedy = "'skfem-dual[hdf5]'" if found == "h5py" else found
+        raise MeshError(f"meshio cannot read {path} without {found}. Remedy: pip install {remedy}")
     if outcome == "error":
         raise MeshError(f"meshio cannot read {path}: {one_line(found, REASON)}")
     try:

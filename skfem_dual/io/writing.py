@@ -111,7 +111,9 @@ def require_outputs(
     for name, path in outputs.items():
         target = Path(os.path.realpath(path))
         if not target.parent.is_dir():
-            raise FileNotFoundError(f"no such folder for {name}: {Path(path).parent}")
+            given = Path(path).parent
+            folder = target.parent if given.is_dir() else given  # of a link
+            raise FileNotFoundError(f"no such folder for {name}: {folder}")
         if _mode_of(target) is not None and not os.access(target, os.W_OK):
             raise PermissionError(f"expected a file that may be written for {name}, got {path}")
         try:
