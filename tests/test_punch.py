@@ -3,6 +3,7 @@
 import pickle
 from copy import deepcopy
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -257,7 +258,9 @@ def test_bilateral_contact_pulls_and_says_so():
 
 
 def test_the_answer():
+    begin = perf_counter()
     solution = punch(disc(3)).solve(2.0, at=(0.1, 0.0))
+    seconds = perf_counter() - begin
     assert isinstance(solution, PunchSolution)
     assert solution.success
     text = repr(solution)
@@ -272,6 +275,7 @@ def test_the_answer():
     assert solution.contact_area == pytest.approx(np.pi)
     assert solution.mean_pressure == pytest.approx(2 / np.pi)
     assert set(solution.timings) == {"assembly", "factorisation", "solution"}
+    assert 0 < sum(solution.timings.values()) < seconds  # no stage counts twice
     again = pickle.loads(pickle.dumps(solution))
     assert np.array_equal(again.pressure, solution.pressure)
     with pytest.raises(ValueError, match="read-only"):

@@ -29,6 +29,7 @@ from skfem_dual.contact.unilateral import (
     conjugate_gradients,
 )
 from skfem_dual.grids.generate import disc as fine_disc
+from skfem_dual.kernels.progress import progress_bar
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -488,3 +489,21 @@ def test_a_light_body_beside_a_heavy_one_bears_its_load():
     for found in active_set(problem, np.ones(4, dtype=bool)), conjugate_gradients(problem):
         assert found.success
         assert found.pressure == pytest.approx(loads.repeat(2) / 2, rel=1e-9)
+
+
+def test_no_bar_is_made_where_none_is_shown(monkeypatch):
+    """Even one that is not shown takes locks that forked processes share."""
+
+    def tqdm(*args, **kwargs):
+        raise AssertionError("made a bar")
+
+    monkeypatch.setattr("tqdm.tqdm", tqdm)
+    with progress_bar(False, "contact", "it", total=2) as bar:
+        bar.update()
+        bar.set_postfix_str("violation")
+    with pytest.raises(AssertionError, match="made a bar"):
+        progress_bar(True, "contact", "it")
+    solution = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(disc(2)).basis()).solve(
+        1.0, at=(0.7, 0.0), method="cg"
+    )
+    assert solution.success

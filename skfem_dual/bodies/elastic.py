@@ -14,7 +14,6 @@ structure too stiff to bend is the rigid punch of the same cells.
 from collections.abc import Iterable
 from copy import copy
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -49,7 +48,7 @@ from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import progress_bars, timed
+from ..kernels.progress import Seconds, progress_bars, timed
 from ..messages import place
 from ..operators.compliance import BalancedCompliance, Compliance
 from ..operators.yielding import YieldingOperator
@@ -417,7 +416,7 @@ class ElasticPunch(Body):
         how = How.checked(unilateral, method, gap_rtol)
         if start is not None:
             checked_solution("start", start)
-        begin = perf_counter()
+        seconds = Seconds()
         constraints, sloped = self.share(f, held).constraints, np.zeros(len(self.partition), bool)
 
         def require_balance(flat: ndarray) -> None:
@@ -441,7 +440,7 @@ class ElasticPunch(Body):
             require_balance(~sloped)
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp.solve(f, x=x, **how._asdict(), progress=progress)
-        timings = {"solution": perf_counter() - begin}
+        timings = {"solution": seconds()}
         return ElasticSolution.from_contact(self, f, held, contact, position, timings)
 
     def solve_many(self, F: Iterable[ArrayLike], **options: Any) -> tuple[ElasticSolution, ...]:

@@ -1,7 +1,6 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
 from dataclasses import dataclass, field
-from time import perf_counter
 from typing import Literal
 
 import numpy as np
@@ -24,7 +23,7 @@ from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import progress_bars, timed
+from ..kernels.progress import Seconds, progress_bars, timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import require_matrix
@@ -345,7 +344,7 @@ class RigidPunch(Movable, RigidBodies):
         self, load: Load, how: How, start: ndarray | None, progress: bool
     ) -> PunchSolution:
         constraints = self.constraints((load,), how.unilateral)
-        begin = perf_counter()
+        seconds = Seconds()
         with progress_bars(progress):
             contact, position = self.contact(constraints, how, start)
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
@@ -353,7 +352,7 @@ class RigidPunch(Movable, RigidBodies):
         warn_of(contact, self.rough(contact))
         if contact.success and not how.unilateral:
             self.warn_of_pulling()
-        timings = self.timings | {"solution": perf_counter() - begin}
+        timings = self.timings | {"solution": seconds()}
         solution = PunchSolution.from_contact(self, load, contact, position, timings)
         _ = solution.shear  # what does not hold is told now
         return solution

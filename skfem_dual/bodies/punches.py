@@ -7,7 +7,6 @@ under the pressures of all: with the deflections ``T_b C_b L_b`` of every struct
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,7 +29,7 @@ from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, union
 from ..contact.verify import verified
 from ..kernels.once import FromFields, computed_once
-from ..kernels.progress import progress_bars, timed
+from ..kernels.progress import Seconds, progress_bars, timed
 from ..messages import shown
 from ..operators.compliance import Structures
 from ..operators.influence_operator import InfluenceOperator
@@ -214,7 +213,7 @@ class Punches(FromFields):
         return self._solved(given, how, progress)
 
     def _solved(self, given: list[Any], how: How, progress: bool) -> PunchesSolution:
-        begin = perf_counter()
+        seconds = Seconds()
         shares = self._shares(given, np.zeros(len(self.cells), dtype=bool))
         if how.unilateral:
             self._require_balance(given, shares)
@@ -238,7 +237,7 @@ class Punches(FromFields):
         # slopes reach farther out than flat cells, but turn there
         if how.unilateral and sloping and not contact.success:
             self._require_balance(given, self._shares(given, np.ones(len(self.cells), bool)))
-        timings = self.timings | {"solution": perf_counter() - begin}
+        timings = self.timings | {"solution": seconds()}
         return PunchesSolution(self, self._solutions(given, shares, contact, position, timings))
 
     def _contact(

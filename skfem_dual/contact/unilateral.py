@@ -15,10 +15,10 @@ from typing import Literal, NamedTuple, Self, get_args
 
 import numpy as np
 from numpy import ndarray
-from tqdm import tqdm
 
 from ..arguments import checked_choice, checked_flag, checked_number
 from ..errors import ConvergenceError
+from ..kernels.progress import progress_bar
 from ..operators.factors import Factors, submatrix
 from ..operators.guided import Guided, Part
 from .cell_forces import CellForces, Step
@@ -250,7 +250,7 @@ def conjugate_gradients(
         f"no convergence in {most} iterations of the conjugate gradients. Remedy: go on from this "
         "solution, start="
     )
-    with tqdm(total=None, desc="contact", unit="it", disable=not progress) as bar:
+    with progress_bar(progress, "contact", "it") as bar:
         for _ in range(most):
             contact = force > 0
             motion, gap = forces.rigid_motion(settlement, contact)

@@ -18,6 +18,7 @@ from ..arguments import (
     checked_number,
 )
 from ..errors import ConvergenceWarning, MeshError, warn
+from ..kernels.progress import progress_bar
 from .checks import check_type, crossing_condition, triangulation_conditions
 from .corners import Corners
 from .flips import flipped
@@ -342,13 +343,14 @@ def _shown(progress: Progress) -> Iterator[Show]:
     if callable(progress):
         yield progress
     elif checked_flag("progress", progress):
-        from tqdm import tqdm
-
-        with tqdm(desc="relocation", unit="it") as bar:
+        with progress_bar(True, "relocation", "it") as bar:
+            done = 0
 
             def show(iteration: int, distance: float) -> None:
-                bar.update(iteration - bar.n)
+                nonlocal done
+                bar.update(iteration - done)
                 bar.set_postfix_str(f"{distance:.1e}")
+                done = iteration
 
             yield show
     else:

@@ -13,11 +13,11 @@ from typing import Any, Protocol, TypeAlias, cast
 
 import numpy as np
 from numpy import ndarray
-from tqdm import tqdm
 
 from ..arguments import checked_array, checked_instance, checked_integer, checked_number
 from ..ground.stratified import Stratified
 from ..kernels.limits import limited_threads
+from ..kernels.progress import Bar, progress_bar
 from .influence_operator import RTOL, InfluenceOperator
 from .preconditioner import approximate_inverse
 
@@ -136,7 +136,6 @@ def solve_many(
     product = operator.__matmul__
     if rtol >= ROUGH and isinstance(operator, InfluenceOperator):
         product = operator.roughly
-    bar = tqdm(total=rhs.shape[1], desc="GMRES", unit="column", disable=not progress)
 
     def sought(b: ndarray, rtols: ndarray) -> tuple[ndarray, list[tuple[float, ...]]]:
         searches = [_search(*each, most, bar, dtype) for each in zip(b.T, rtols)]
@@ -147,7 +146,10 @@ def solve_many(
         return _answered(inverse, vectors), list(residuals)
 
     # threads of BLAS go on waiting for work, in the way of those of the products
-    with bar, limited_threads(1, "blas"):
+    with (
+        progress_bar(progress, "GMRES", "column", rhs.shape[1]) as bar,
+        limited_threads(1, "blas"),
+    ):
         solution, residuals = sought(rhs, np.full(rhs.shape[1], rtol))
         if rtol >= ROUGH and _may_cancel(operator):
             _correct(operator, rhs, rtol, sought, solution, residuals)
@@ -196,7 +198,7 @@ def _correct(
 
 
 def _together(
-    product: Callable[[ndarray], ndarray], inverse: Product, searches: "list[Search]", bar: tqdm
+    product: Callable[[ndarray], ndarray], inverse: Product, searches: "list[Search]", bar: Bar
 ) -> list[tuple[ndarray, tuple[float, ...]]]:
     """What searches find, which get the products that they ask for all at a time."""
     found: dict[int, tuple[ndarray, tuple[float, ...]]] = {}
@@ -222,7 +224,7 @@ def _answered(inverse: Product, vectors: Sequence[ndarray]) -> ndarray:
     return inverse @ np.stack(vectors).T
 
 
-def _search(b: ndarray, rtol: float, most: int, bar: tqdm, dtype: type) -> "Search":
+def _search(b: ndarray, rtol: float, most: int, bar: Bar, dtype: type) -> "Search":
     """GMRES for one right-hand side, a generator that asks for products.
 
     It yields vectors y, takes ``A M y`` for each, M the approximate inverse, and returns the y

@@ -11,12 +11,12 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from ..arguments import checked_flag, checked_integer, checked_sequence
 from ..errors import ConvergenceWarning, warn
 from ..io.guarded import require_file
 from ..io.writing import PathLike
+from ..kernels.progress import progress_bar
 from ..messages import one_line, shown
 from .records import (
     Problem,
@@ -244,9 +244,7 @@ def sweep(
     outcomes: dict[int, Outcome] = {}
     torn = 0
     with ExitStack() as stack:
-        bar = stack.enter_context(
-            tqdm(total=len(cases), desc="sweep", unit="case", disable=not progress)
-        )
+        bar = stack.enter_context(progress_bar(progress, "sweep", "case", len(cases)))
 
         def finish(
             number: int, result: Any = None, seconds: float = float("nan"), **more: Any
