@@ -202,3 +202,10 @@ def test_refinement_and_quadrature_wait_until_they_are_asked_for():
     with pytest.raises(AttributeError, match="no attribute 'normals'"):
         basis.normals  # noqa: B018
     assert len(copy.copy(dual.basis()).dx) == dual.refinement.nelements
+
+
+def test_boundaries_fill_a_mapping_of_their_own():
+    """That of the basis may be shared by threads, which would fill it together."""
+    basis = DualMesh.from_mesh(MeshTri.init_circle(2)).basis()
+    assert basis.boundary().mapping is not basis.mapping
+    assert not basis.mapping.__dict__.get("_B")

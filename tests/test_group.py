@@ -787,3 +787,10 @@ def test_contact_is_rough_under_bodies_not_under_parts_of_one():
 def test_no_factors_of_loads_that_settle_nothing():
     with pytest.raises(ValueError, match=r"loads that settle each body, got one .* on punch 0"):
         pair(4.0).interaction_factors([{"settlement": 0.0}, {"force": 1.0}])
+
+
+def test_centres_are_read_only():
+    """The equations refer to them."""
+    for centre in pair(4.0).centres:
+        with pytest.raises(ValueError, match="read-only"):
+            centre += 1.0

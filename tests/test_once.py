@@ -69,6 +69,21 @@ def test_computed_once_by_many_threads():
     assert not _locks
 
 
+def test_pickles_while_others_compute():
+    """What they add to an object is not missed while it is gone through."""
+
+    class Kept(ReadOnly):
+        @computed_once
+        def area(self):
+            return 4.0
+
+    kept = Kept()
+    state = kept.__getstate__()
+    assert kept.area == 4.0
+    assert state == {}
+    assert kept.__getstate__() == {"area": 4.0}
+
+
 def test_threads_wait_for_the_same_property_of_the_same_object_only():
     """While one thread computes, others take what they need from other objects."""
     first, second = Plan(1.0, []), Plan(2.0, [])

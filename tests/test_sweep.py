@@ -987,3 +987,13 @@ def test_repr():
     assert lines[1].split() == ["Cases", "3,", "0", "of", "them", "from", "the", "file"]
     assert lines[2].split(maxsplit=1) == ["Result", "every case has its result"]
     assert lines[3].startswith("  Time [s]          sweep ")
+
+
+def test_interrupts_in_compiled_code_end_a_sweep():
+    """They come as the cause of a SystemError."""
+
+    def problem(x):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(problem, [1.0, 2.0])

@@ -1,4 +1,5 @@
 import os
+import signal
 import sys
 import time
 import warnings
@@ -7,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from threading import Event
 from xml.etree import ElementTree
 
 import numpy as np
@@ -1139,3 +1141,26 @@ def test_curved_and_discontinuous_elements_are_refused(visuals):
     basis = CellBasis(rectangle(1.0, 1.0, n=20), ElementTriP1DG())
     with pytest.raises(ValueError, match="got ElementTriP1DG"):
         visuals.isobars(basis, basis.ones())
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_forked_processes_draw_while_others_do():
+    """The thread that draws is not there to end."""
+    drawing, done = Event(), Event()
+
+    @offscreen.one_at_a_time
+    def draw():
+        drawing.set()
+        assert done.wait(timeout=30)
+
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(draw)
+        assert drawing.wait(timeout=10)
+        process = os.fork()
+        if process == 0:
+            signal.alarm(10)
+            offscreen.one_at_a_time(lambda: os._exit(0))()
+        assert os.waitpid(process, 0)[1] == 0
+        done.set()
+        other.result()

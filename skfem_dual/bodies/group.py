@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
@@ -22,7 +21,7 @@ from ..elements.balance import resist
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import progress_bars, timed
+from ..kernels.progress import Seconds, progress_bars, timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
@@ -173,13 +172,15 @@ class RigidPunches(RigidBodies):
         )
 
     @computed_once
-    def centres(self) -> list[ndarray]:
+    def centres(self) -> tuple[ndarray, ...]:
         """Centroid of each body, to which its position refers."""
         weighed = [(p.centre, p.partition.areas.sum()) for p in self.members]
-        return [
-            sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
+        return tuple(
+            readonly(
+                sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
+            )
             for body in self.bodies
-        ]
+        )
 
     @computed_once
     def cells(self) -> LoadedCells:
@@ -277,12 +278,12 @@ class RigidPunches(RigidBodies):
         self, given: tuple[Load, ...], how: How, start: ndarray | None, progress: bool
     ) -> PunchesSolution:
         everything = self.constraints(given, how.unilateral)
-        begin = perf_counter()
+        seconds = Seconds()
         with progress_bars(progress):
             contact, position = self.contact(everything, how, start)
         if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
             return sharp._solved(given, how, contact.pressure, progress)
-        timings = self.timings | {"solution": perf_counter() - begin}
+        timings = self.timings | {"solution": seconds()}
         warn_of(contact, self.rough(contact))
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 

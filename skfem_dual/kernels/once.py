@@ -58,6 +58,10 @@ class ReadOnly:
     numpy makes those writable, and what has been computed from them would go stale.
     """
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is known now: other threads may add to it while that is pickled."""
+        return dict(self.__dict__)
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         freeze(state)
         self.__dict__.update(state)
@@ -65,7 +69,7 @@ class ReadOnly:
     def __copy__(self) -> Self:
         """With the same arrays, which may be those of others."""
         other = object.__new__(type(self))
-        other.__dict__.update(cast(dict, self.__getstate__() or {}))
+        other.__dict__.update(self.__getstate__())
         return other
 
 

@@ -213,7 +213,9 @@ def _run(problem: Problem, task: _Task) -> _Answer:
             result = problem(**case) if isinstance(case, Mapping) else problem(case)
             seconds = perf_counter() - start
         return _Answer(body=pickled((result, seconds), problem))
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - told; the other cases go on
+    except (Exception, SystemExit) as error:
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from error  # as a SystemError from compiled code
         return _Answer(error=error_text(error))
 
 

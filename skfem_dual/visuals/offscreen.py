@@ -34,6 +34,16 @@ WINDOW, EGL = "VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow"
 _drawing = threading.RLock()
 
 
+def _forget() -> None:
+    """A forked process has none of the threads that draw."""
+    global _drawing
+    _drawing = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
+
+
 def one_at_a_time(draw: Callable[P, R]) -> Callable[P, R]:
     """``draw`` so that other threads wait until it is done."""
 
