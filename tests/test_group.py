@@ -794,3 +794,43 @@ def test_centres_are_read_only():
     for centre in pair(4.0).centres:
         with pytest.raises(ValueError, match="read-only"):
             centre += 1.0
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("across", [1e-16, 1e-12, 2e-8, 3e-8, -4.4e-8, 1e-6])
+def test_beams_that_rounding_has_turned(across, unilateral):
+    """Along y but for cos(pi / 2): what they resist of the other tilt is nothing beside the
+    ground, and no hinge."""
+    feet = [
+        punch(generate.disc(n=60).translated((0.0, 5.0 * i)), origin=(0.0, 5.0 * i))
+        for i in range(3)
+    ]
+    loads = [{"force": 500.0 + 300 * i, "at": (0.1, 5.0 * i + 0.05)} for i in range(3)]
+
+    def solved(along):
+        stiffness, span = np.zeros((9, 9)), 5.0
+        shear = np.array([1, span / 2, -1, span / 2])
+        ends = np.outer(shear, shear) * 12 / span**2
+        ends[np.ix_([1, 3], [1, 3])] += np.array([[1, -1], [-1, 1]])
+        for i in range(2):
+            ways = np.zeros((4, 9))
+            ways[0, 3 * i] = ways[2, 3 * i + 3] = 1.0
+            ways[1, 3 * i + 1 : 3 * i + 3] = ways[3, 3 * i + 4 : 3 * i + 6] = along
+            stiffness += ways.T @ ends @ ways
+        return RigidPunches(feet, stiffness=stiffness).solve(loads, unilateral=unilateral)
+
+    turned, straight = solved((across, 1.0)), solved((0.0, 1.0))
+    assert turned.success
+    for s, t in zip(turned, straight, strict=True):
+        assert s.settlement == pytest.approx(t.settlement, rel=1e-10 + abs(across))
+        assert s.tilt == pytest.approx(t.tilt, rel=1e-10 + 100 * abs(across))
+
+
+def test_a_spring_that_is_nothing_beside_the_ground_is_a_hinge():
+    stiff = framed(column(0, 1, 10.0, 2)).solve(FRAMED)
+    soft = column(0, 1, 10.0, 2)
+    soft[1, 1] = 1e-14
+    found = framed(soft).solve(FRAMED)
+    assert found.success
+    for s, t in zip(found, stiff, strict=True):
+        assert s.settlement == pytest.approx(t.settlement, rel=1e-10)

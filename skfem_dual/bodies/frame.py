@@ -23,7 +23,7 @@ from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..grids.polygons import some
 from ..kernels.once import computed_once
-from ..operators.compliance import Compliance, generalised_inverse
+from ..operators.compliance import SmallCompliance, generalised_inverse
 from ..operators.yielding import YieldingOperator
 
 #: parts of products that are rounding
@@ -53,9 +53,10 @@ class FramedSystem:
     constraints: Constraints
 
     @computed_once
-    def _compliance(self) -> tuple[Compliance, ndarray]:
+    def _compliance(self) -> tuple[SmallCompliance, ndarray]:
         """What the frame yields by forces on the free motions, and the motions of the whole."""
-        return generalised_inverse(self._frame)
+        c = self.constraints
+        return generalised_inverse(self._frame, c.motions.T**2 @ cast(ndarray, c.ground))
 
     @computed_once
     def _frame(self) -> ndarray:
@@ -199,8 +200,15 @@ def _product(matrix: ndarray, vector: ndarray) -> ndarray:
     return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
 
 
-def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:
-    """Stiffness of a frame on so many bodies as an array.
+def ground_stiffness(areas: ndarray, modulus: float) -> ndarray:
+    """About how stiff ground is against positions of bodies with some areas, (3 m,): as against
+    those of circles, ``2 E* a`` and ``4/3 E* a^3``."""
+    a = np.sqrt(areas / np.pi)
+    return modulus * np.column_stack([2 * a, 4 / 3 * a**3, 4 / 3 * a**3]).ravel()
+
+
+def checked_stiffness(stiffness: Any, ground: ndarray) -> ndarray:
+    """Stiffness of a frame as an array, on bodies on a ground so stiff against their positions.
 
     Raises
     ------
@@ -208,12 +216,12 @@ def checked_stiffness(stiffness: Any, bodies: int) -> ndarray:
         If it is something else, of another size, not symmetric or not positive semidefinite.
     """
     matrix = stiffness.toarray() if issparse(stiffness) else stiffness
-    matrix = checked_array("stiffness", matrix, (3 * bodies, 3 * bodies))
+    matrix = checked_array("stiffness", matrix, (len(ground), len(ground)))
     if len(bad := np.nonzero(matrix.diagonal() < 0)[0]):
         raise ValueError(
             "expected a stiffness that is positive semidefinite, got negative numbers on its "
             f"diagonal, in rows {some(bad)}. Remedy: forces that move the bodies are stiffness "
             "times positions"
         )
-    generalised_inverse(matrix)
+    generalised_inverse(matrix, ground)
     return matrix

@@ -29,7 +29,7 @@ from ..solutions.cases_solution import CasesSolution
 from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
-from .frame import FramedSystem, about_centroids, about_origin, checked_stiffness
+from .frame import FramedSystem, about_centroids, about_origin, checked_stiffness, ground_stiffness
 from .joined import bodies_of, checked_joined, free_of
 from .neighbours import (
     checked_names,
@@ -107,7 +107,7 @@ class RigidPunches(RigidBodies):
         object.__setattr__(self, "joined", tuple(groups))
         object.__setattr__(self, "names", names)
         if self.stiffness is not None:
-            matrix = checked_stiffness(self.stiffness, len(self.bodies))
+            matrix = checked_stiffness(self.stiffness, self._ground_stiffness)
             object.__setattr__(self, "stiffness", readonly(matrix))
 
     @classmethod
@@ -365,11 +365,21 @@ class RigidPunches(RigidBodies):
         if self.stiffness is not None:
             each = zip(parts, self._origins, self.bodies, strict=True)
             parts = [about_origin(p, origin, self._width(body)) for p, origin, body in each]
-        return replace(Constraints.together(parts), frame=self._frame)
+        together, ground = Constraints.together(parts), self._ground_stiffness
+        return replace(together, frame=self._frame, ground=ground)
 
     def _width(self, body: Sequence[int]) -> float:
         """How wide a body is, about."""
-        return float(np.sqrt(sum(self.members[i].partition.areas.sum() for i in body)))
+        return float(np.sqrt(self._area(body)))
+
+    def _area(self, body: Sequence[int]) -> float:
+        return float(sum(self.punches[i].partition.areas.sum() for i in body))
+
+    @property
+    def _ground_stiffness(self) -> ndarray:
+        """About how stiff the ground is against the positions of the bodies."""
+        areas = np.array([self._area(body) for body in self.bodies])
+        return ground_stiffness(areas, self.punches[0].substrate.surface.contact_modulus)
 
     @computed_once
     def _frame(self) -> ndarray | None:

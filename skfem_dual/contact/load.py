@@ -193,6 +193,8 @@ class Constraints:
         ``balance @ r = given``.
     frame : (m, m) array of float or None
         Stiffness of a frame that resists the position beside the ground; `r` has its forces, too.
+    ground : (m,) array of float or None
+        About how stiff the ground is there, beside which some of the frame is nothing.
     """
 
     motions: ndarray
@@ -200,6 +202,7 @@ class Constraints:
     balance: ndarray
     given: ndarray
     frame: ndarray | None = None
+    ground: ndarray | None = None
 
     @classmethod
     def forces(cls, given: ndarray) -> "Constraints":

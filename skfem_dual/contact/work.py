@@ -55,11 +55,11 @@ def _under_stiff_frame(constraints: Constraints, unit: ndarray, stiffness: ndarr
     lost.
     """
     motions = unit[:, None] * constraints.motions
-    ground = np.linalg.inv(motions.T @ stiffness @ motions)
+    resists = motions.T @ stiffness @ motions
+    ground = np.linalg.inv(resists)
     moved = -ground @ (motions.T @ stiffness @ (unit * constraints.fixed))
-    yields, free = generalised_inverse(
-        constraints.motions.T @ constraints.frame @ constraints.motions
-    )
+    frame = constraints.motions.T @ constraints.frame @ constraints.motions
+    yields, free = generalised_inverse(frame, resists.diagonal())
     loads = constraints.given - constraints.motions.T @ (constraints.frame @ constraints.fixed)
     size = np.sqrt(ground.diagonal())  # of motions under unit forces: equations without units
     both = (ground + yields.displacements(np.eye(len(loads)))) / np.outer(size, size)

@@ -8,7 +8,7 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from ..kernels.once import computed_once
-from .compliance import BalancedCompliance, Compliance, Structures
+from .compliance import BalancedCompliance, Compliance, SmallCompliance, Structures
 from .factors import Factors
 from .flattened import FlattenedOperator
 from .influence_operator import InfluenceOperator
@@ -39,7 +39,7 @@ class YieldingOperator:
     ----------
     ground : (n, n) array of float, InfluenceOperator or FlattenedOperator
         A, settlement of each collocation point under unit pressure on each cell.
-    structure : Compliance, BalancedCompliance or Structures
+    structure : Compliance, SmallCompliance, BalancedCompliance or Structures
         C, displacements under loads, N DOFs.
     trace : (n, N) csr_matrix
         T, deflection of each collocation point, positive into the ground.
@@ -48,7 +48,7 @@ class YieldingOperator:
     """
 
     ground: ndarray | InfluenceOperator | FlattenedOperator
-    structure: Compliance | BalancedCompliance | Structures
+    structure: Compliance | SmallCompliance | BalancedCompliance | Structures
     trace: csr_matrix
     loads: csr_matrix
 
