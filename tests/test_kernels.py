@@ -5,15 +5,18 @@ import importlib
 import os
 import runpy
 import shutil
+import subprocess
 import sys
 import threading
 from contextlib import contextmanager
+from pathlib import Path
 from time import sleep
 from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
+from marks import slow
 
 from skfem_dual.kernels import compiled as module
 from skfem_dual.kernels import disk
@@ -283,3 +286,21 @@ def test_when_compiling_calls_once():
         pass
     numba.njit(lambda x: x + 3.0)(1.0)
     assert calls == ["begun"]
+
+
+@slow
+def test_kernels_stay_within_their_arrays(tmp_path):
+    """Of all kinds of problems, compiled so that indices are looked at."""
+    here = Path(__file__).parent
+    tests = [
+        str(here / f"test_{name}.py") for name in ("below", "slopes", "unilateral", "motions")
+    ]
+    bounds = {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+    ended = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests],
+        env=os.environ | bounds,
+        cwd=here.parent,
+        capture_output=True,
+        text=True,
+    )
+    assert ended.returncode == 0, ended.stdout[-2000:]

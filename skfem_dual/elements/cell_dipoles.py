@@ -153,11 +153,12 @@ def add_sloped_rows(x, begin, circles, fall, moments, sloped, slopes, matrix):
     starts, numbers, values = slopes
     n = squares.shape[0]
     local, tile = np.zeros((2 * n, ROWS)), np.empty((COLUMNS, ROWS))
-    x0, y0 = np.zeros(ROWS), np.zeros(ROWS)
+    x0, y0 = np.empty(ROWS), np.empty(ROWS)
     for first in range(0, matrix.shape[0], ROWS):
         count = min(ROWS, matrix.shape[0] - first)
-        for i in range(count):
-            x0[i], y0[i] = x[0, begin + first + i], x[1, begin + first + i]
+        for i in range(ROWS):  # the last again and again: tables end somewhere
+            at = begin + first + min(i, count - 1)
+            x0[i], y0[i] = x[0, at], x[1, at]
         for j in range(n):
             if not sloped[j]:
                 continue
