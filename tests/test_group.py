@@ -23,6 +23,7 @@ from skfem_dual import (
     RigidPunches,
     load_path,
 )
+from skfem_dual.bodies import group
 from skfem_dual.contact import loaded_cells
 from skfem_dual.grids import generate
 from skfem_dual.operators import resources
@@ -767,8 +768,8 @@ def test_what_joins_punches_does_not_change_them():
     assert again.members == apart.members
     assert again.solve(loads)[0].settlement == apart.solve(loads)[0].settlement
     third = punch(mesh.translated((5.0, 0.0)))
-    for group in (apart, Punches(given)):
-        assert replace(group, punches=[*given, third]).names == ("0", "1", "2")
+    for each in (apart, Punches(given)):
+        assert replace(each, punches=[*given, third]).names == ("0", "1", "2")
     with pytest.raises(ValueError, match="expected 3 names that differ"):
         replace(replace(apart, names=("a", "b")), punches=[*given, third])
 
@@ -834,3 +835,29 @@ def test_a_spring_that_is_nothing_beside_the_ground_is_a_hinge():
     assert found.success
     for s, t in zip(found, stiff, strict=True):
         assert s.settlement == pytest.approx(t.settlement, rel=1e-10)
+
+
+def test_many_that_lift_off_have_positions_by_work(monkeypatch):
+    """Each by itself: 91 cells far from all others are nearer to the disc alone."""
+    alone, load = punch(generate.disc(n=90)).solve(1.0, at=(0.0, 0.7)), {"force": 1.0}
+    monkeypatch.setattr(group, "has_many", lambda cells, contact: not contact.touching.all())
+    far = [generate.disc(n=90).translated((1e4 * i, 0.0)) for i in range(2)]
+    pair = RigidPunches([punch(mesh, origin=(1e4 * i, 0.0)) for i, mesh in enumerate(far)])
+    found = pair.solve([load | {"at": (0.0, 0.7)}] * 2)
+    for s in found:
+        sunk, collocated, exact = (
+            v[0] + 0.7 * v[2]
+            for v in (
+                (s.settlement, *s.tilt),
+                (s.collocated_settlement, *s.collocated_tilt),
+                (alone.settlement, *alone.tilt),
+            )
+        )
+        exact += 1 / (np.pi * 1e4)  # by the other
+        assert abs(sunk - exact) < 2e-5 < 1e-3 < abs(collocated - exact)
+        assert abs(s.tilt[1] - alone.tilt[1]) < 0.7 * abs(s.collocated_tilt[1] - alone.tilt[1])
+    held = pair.solve([{"settlement": s.settlement, "tilt": tuple(s.tilt)} for s in found])
+    assert held.success
+    for s, t in zip(held, found, strict=True):
+        assert (s.settlement, *s.tilt) == pytest.approx((t.settlement, *t.tilt), abs=1e-9)
+        assert s.resultant == pytest.approx(t.resultant, abs=1e-6)

@@ -8,6 +8,7 @@ from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact.sectors import sectors
+from skfem_dual.contact.system import DENSE
 from skfem_dual.grids.generate import annulus
 from skfem_dual.grids.generate import disc as fine_disc
 from skfem_dual.grids.generate import rectangle as drawn_rectangle
@@ -222,3 +223,10 @@ def test_sectors_carry_the_loads_of_their_cells(basis):
     assert of.partition.f2c[0, of.weights.ribs].tolist() == [
         c for c in of.partition.f2c[0, of.weights.ribs] if c in own
     ]
+
+
+def test_coarse_products_of_many_cells():
+    """Those at the sectors may be coarser yet, but not than products can be."""
+    coarse = punch(fine_disc(n=4100), rtol=1e-2)
+    assert len(coarse.partition) > DENSE
+    assert coarse.solve(1.0).settlement == pytest.approx(0.5, rel=1e-2)

@@ -9,7 +9,7 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
-from ..contact.by_work import added_by_work
+from ..contact.by_work import added_by_work, amid_others, has_many
 from ..contact.load import Constraints, Load, Share, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
@@ -394,10 +394,10 @@ class RigidPunches(RigidBodies):
 
     def works(self, contact: Contact) -> bool:
         """Not of shaped punches, nor beside a body in the air or on cells in a line, which carry
-        no moments."""
+        no moments, nor `amid_many`."""
         checked_instance("contact", contact, Contact)
         x, settled = self.cells.collocation_points, self.system.planes[::3]
-        flat = all(punch.gap is None for punch in self.members)
+        flat = all(punch.gap is None for punch in self.members) and not self.amid_many(contact)
         return flat and all(resist(x, contact.touching & (own != 0)) for own in settled)
 
     @computed_once
@@ -409,8 +409,29 @@ class RigidPunches(RigidBodies):
             return ()
         return tuple(n for n, (i, *more) in enumerate(self.bodies) if flat[i] and not more)
 
+    def amid_many(self, contact: Contact) -> bool:
+        """Whether each of the bodies, all flat punches, has its position by itself, see
+        `positions_amid`."""
+        free = self.stiffness is None and len(self.bodies) == len(self.members)
+        free = free and not any(contact.lines)
+        flat = all(p.gap is None and p.weights is not None for p in self.members)
+        return free and flat and has_many(len(self.cells), contact)
+
+    def positions_amid(self, contact: Contact, position: ndarray) -> ndarray:
+        """Those of the bodies, (2, m), from those by collocation, see `amid_others`."""
+        parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
+        x = np.hstack([punch.work.sectors.x for punch in self.members])
+        cells = self.cells if contact.flat is None else self.cells.flattened(contact.flat)
+        if self._rtol > 0:
+            settled = cells.fast_operator(x, self._rtol) @ contact.pressure
+        else:
+            settled = cells.settlements(x, contact.pressure)
+        return amid_others(self.members, parts, position, settled)
+
     def added(self, contact: Contact, position: ndarray) -> ndarray:
-        """What work adds to positions of flat bodies among shaped ones, (m,)."""
+        """What work adds to positions of flat bodies among shaped ones or many others, (m,)."""
+        if self.amid_many(contact):
+            return self.positions_amid(contact, position)[0] - position
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
         some = [(self.bodies[n][0], slice(3 * n, 3 * n + 3)) for n in self.beside_shaped]
         return added_by_work(self.members, parts, position, some)

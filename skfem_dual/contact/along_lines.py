@@ -44,13 +44,15 @@ def has_law(work: Any, contact: Contact) -> bool:
     """Whether pressures that end along lines are looked for.
 
     Not where contact covers three quarters of each plan or fewer than 16 cells, or ends in thin
-    cells, nor where no matrix of up to 3000 cells is known, or positions were imposed.
+    cells, nor under a punch of more than 3000 cells, where no matrix is known, or positions were
+    imposed.
     """
     if contact.compliances is not None:
         return False
     touching, known = contact.touching, isinstance(work.system.matrix, _MATRICES)
     weighted = all(part.footprint.weights is not None for part in work.parts)
-    if not (known and weighted and len(touching) <= MOST and touching.sum() >= FEWEST):
+    most = max(own.stop - own.start for own in work.own)
+    if not (known and weighted and most <= MOST and touching.sum() >= FEWEST):
         return False
     parts = zip(work.parts, work.own, strict=True)
     return not all(_without(part.footprint, touching[own]) for part, own in parts)

@@ -81,6 +81,45 @@ class Alone:
         return None if found is None else moved(found, punch.origin - punch.centre)
 
 
+def has_many(cells: int, contact: Contact) -> bool:
+    """Whether flat punches lift off on more cells than have a matrix: work finds the position of
+    each by itself then, see `amid_others`."""
+    return cells > DENSE and not contact.touching.all()
+
+
+def amid_others(
+    punches: Sequence[Any], contacts: Sequence[Contact], position: ndarray, settled: ndarray
+) -> ndarray:
+    """Positions of flat punches, each by the work that unit forces on it alone do on the
+    settlement by all pressures.
+
+    Parameters
+    ----------
+    punches, contacts : sequence of RigidPunch and of Contact
+        And what was found under each.
+    position : (3 m,) array of float
+        By collocation, kept where work tells nothing.
+    settled : (nsectors,) array of float
+        Settlement of the sectors of all, one after the other, under the pressures of all.
+
+    Returns
+    -------
+    (2, 3 m) array of float
+        As of `Work.positions`.
+    """
+    found, begin = np.array([position, position]), 0
+    for i, (punch, contact) in enumerate(zip(punches, contacts, strict=True)):
+        work, own = punch.work, slice(3 * i, 3 * i + 3)
+        here = slice(begin, begin + len(work.sectors.cell))
+        begin = here.stop
+        if len(punch.footprint) > DENSE or not punch.works(contact):
+            continue
+        added = work.added(contact, position[own], settled[here])
+        if added is not None:
+            found[:, own] += added
+    return found
+
+
 def added_by_work(
     punches: Sequence[Any],
     contacts: Sequence[Contact],

@@ -26,7 +26,7 @@ from ..kernels.once import computed_once
 from ..operators.compliance import generalised_inverse
 from ..operators.entries import Entries
 from ..operators.factors import Factors, submatrix
-from ..operators.influence_operator import InfluenceOperator
+from ..operators.influence_operator import COARSEST, InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .along_lines import has_law, on_each, regions_of
 from .line_work import Compliances, Points, Position
@@ -304,7 +304,8 @@ class Work:
             return (self.rows @ pressures).T
         ground = self.system.matrix
         if not few and isinstance(ground, InfluenceOperator):
-            return ground.at(self.sectors.x, SECTORS * ground.rtol).roughly(pressures).T
+            rtol = min(SECTORS * ground.rtol, COARSEST)
+            return ground.at(self.sectors.x, rtol).roughly(pressures).T
         settled = np.zeros((pressures.shape[1], len(self.sectors.cell)))
         for (cells, *_), own in parts:
             if few:

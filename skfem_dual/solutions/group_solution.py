@@ -128,6 +128,8 @@ class GroupAnswer(ReadOnly):
         What was imposed on its bodies.
     contact : Contact
         What was found.
+    position : (m,) array of float
+        By collocation.
     elsewhere : dict
         Takes the solutions on other grids, for `Bounds`.
     """
@@ -135,11 +137,18 @@ class GroupAnswer(ReadOnly):
     group: Any
     loads: tuple[Load, ...]
     contact: Contact
+    position: ndarray
     elsewhere: dict[tuple[str, str], PunchesSolution] = field(default_factory=dict)
 
     @computed_once
     def positions(self) -> ndarray | None:
         """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies)."""
+        if self.group.amid_many(self.contact):
+            imposed = self.group.imposed(self.loads)
+            free = self.group.positions_amid(self.contact, self.position) - imposed.fixed
+            return (
+                imposed.fixed + (imposed.motions @ np.linalg.lstsq(imposed.motions, free.T)[0]).T
+            )
         if not self.group.works(self.contact):
             return None
         return self.group.work.positions(self.group.imposed(self.loads), self.contact)
@@ -158,7 +167,7 @@ def answers_of(
     solutions = {}
     together = None
     if all(punch.gap is None for punch in punches.members):
-        together = GroupAnswer(punches, loads, contact)
+        together = GroupAnswer(punches, loads, contact, position)
     for number, body in enumerate(punches.bodies):
         moved = position[3 * number : 3 * number + 3]
         for i in body:
