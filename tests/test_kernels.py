@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
-from marks import slow
 
 from skfem_dual.kernels import compiled as module
 from skfem_dual.kernels import disk
@@ -288,7 +287,7 @@ def test_when_compiling_calls_once():
     assert calls == ["begun"]
 
 
-@slow
+@pytest.mark.slow
 def test_kernels_stay_within_their_arrays(tmp_path):
     """Of all kinds of problems, compiled so that indices are looked at."""
     here = Path(__file__).parent
@@ -297,7 +296,7 @@ def test_kernels_stay_within_their_arrays(tmp_path):
     ]
     bounds = {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
     ended = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests],
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "0", *tests],
         env=os.environ | bounds,
         cwd=here.parent,
         capture_output=True,
