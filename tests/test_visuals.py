@@ -48,6 +48,7 @@ from skfem_dual.bodies.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid, Sphere
 from skfem_dual.errors import ResolutionWarning
+from skfem_dual.grids import generate
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import disc as fine_disc
 from skfem_dual.grids.generate import rectangle
@@ -58,6 +59,7 @@ from skfem_dual.visuals import pyvista as with_pyvista
 from skfem_dual.visuals.field import Field, continuous
 from skfem_dual.visuals.isolines import isoline, label_boxes, smooth_line
 from skfem_dual.visuals.levels import (
+    bar_marks,
     choose_levels,
     color_range,
     common_exponent,
@@ -1164,3 +1166,80 @@ def test_forked_processes_draw_while_others_do():
         assert os.waitpid(process, 0)[1] == 0
         done.set()
         other.result()
+
+
+@pytest.mark.parametrize("scattered", [False, True])
+def test_what_is_plotted_is_seen_whole(scattered):
+    """Lines between their points too, and those of a scatter."""
+    from matplotlib.figure import Figure
+
+    from skfem_dual.visuals.axes import marks_on
+
+    ax = Figure().add_subplot()
+    if scattered:
+        ax.scatter([0.5, np.nan], [0.25, 0.0])
+        ax.tricontour([0.0, 1, 0], [0.0, 0, 1], [0.0, 1, 2])
+        assert marks_on(ax, 0.1).tolist() == [[0.5], [0.25]]
+        return
+    ax.plot([0.0, 1.0], [0.0, 0.5])
+    ax.plot([3.0], [3.0], "o", linestyle="none")
+    x, y = marks_on(ax, 0.1)
+    assert (x[-1], y[-1]) == (3.0, 3.0)
+    assert y[:-1] == pytest.approx(x[:-1] / 2)
+    assert np.hypot(np.diff(x[:-1]), np.diff(y[:-1])).max() < 0.1 + 1e-9
+
+
+def test_legends_fit_their_figures():
+    """Four entries under a slender plan take two columns."""
+    dual = DualMesh.from_mesh(generate.rectangle(4.0, 8.0, n=40))
+    ax = with_matplotlib.draw(dual, nodes=True)
+    ax.figure.canvas.draw()
+    names, whole = ax.get_legend().get_window_extent(), ax.figure.bbox
+    assert whole.x0 <= names.x0 < names.x1 <= whole.x1
+
+
+@pytest.mark.parametrize("layout", [None, "constrained", "compressed"])
+def test_pictures_in_parts_of_figures(layout, solution_of_disc):
+    """Subfigures, and bars whose titles stay on the figure."""
+    import matplotlib.pyplot as plt
+
+    whole = plt.figure(layout=None if layout == "compressed" else layout)  # of one grid only
+    for part in whole.subfigures(1, 2):
+        assert with_matplotlib.isobars(solution_of_disc, ax=part.add_subplot()).texts
+    _, ax = plt.subplots(figsize=(6, 4), layout=layout)
+    basis = DualMesh.from_mesh(generate.rectangle(12.0, 4.0, n=60)).basis()
+    with_matplotlib.plot(basis, basis.partition.centroids[0], title="p [kPa]", ax=ax)
+    ax.figure.canvas.draw()
+    assert ax.figure.axes[-1].xaxis.label.get_window_extent().y0 > 0
+    plt.close("all")
+
+
+def test_titles_of_scalar_bars(solution_of_disc):
+    """VTK takes | for columns, and leaves out what its own font has no letters for."""
+    plotter = with_pyvista.isobars(solution_of_disc, title="max |p| · 10⁻³", levels=60)
+    (bar,) = plotter.scalar_bars.values()
+    assert bar.GetTitle() == "max \N{DIVIDES}p\N{DIVIDES} · 10⁻³"
+    assert Path(bar.GetTitleTextProperty().GetFontFile()).is_file()
+    height = bar.GetHeight() * plotter.window_size[1]
+    assert 20 * bar.GetLookupTable().GetNumberOfAnnotatedValues() <= height + 20
+    plotter.close()
+
+
+@pytest.fixture(scope="module")
+def solution_of_disc():
+    return RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(generate.disc(n=60)).basis()).solve(
+        1.0, at=(0.1, 0.0)
+    )
+
+
+def test_ends_of_bars_that_values_pass():
+    assert bar_marks(0.0, 2.0, False, False, 0) == {
+        0.0: "0",
+        0.5: "0.5",
+        1.0: "1",
+        1.5: "1.5",
+        2.0: "2",
+    }
+    marks = bar_marks(0.1, 2.02, True, True, 0)
+    assert (marks[0.1], marks[2.02]) == ("< 0.1", "> 2.02")
+    assert 2.0 not in marks

@@ -64,3 +64,11 @@ def test_errors(solution):
         plot_profile(vertical_profile(solution, (0.0, 0.0), [1.0]))
     with pytest.raises(TypeError, match="Axes for ax, got None"):
         draw_interfaces(None, [1.0])
+
+
+def test_layers_with_one_depth_have_a_point(solution):
+    """A line of one point would not be seen."""
+    profile = vertical_profile(solution, (0.2, 0.1), [0.3, 1.5, 2.0])
+    axes = plot_profile(profile).figure.axes
+    pieces = [line for line in axes[1].lines if profile.strain[0] in line.get_xdata()]
+    assert [line.get_marker() for line in pieces] == ["."]

@@ -10,6 +10,7 @@ from numpy import ndarray
 from ..contact.region import ContactRegion
 from ..messages import shown
 from .field import Field
+from .isolines import samples
 from .levels import roundest
 from .style import MISSING
 
@@ -118,32 +119,57 @@ def draw_segments(
     ax.autoscale_view()
 
 
+def marks_on(ax: Axes, step: float) -> ndarray:
+    """Points of what has been plotted, (2, k): along lines not farther apart than a step."""
+    from matplotlib.collections import PathCollection
+
+    marks = [np.empty((2, 0))]
+    for line in ax.lines:
+        p = np.array(line.get_xydata(), dtype=float).T
+        drawn = line.get_linestyle() not in ("None", " ", "") and p.shape[1] > 1
+        marks.append(samples(np.stack([p[:, :-1], p[:, 1:]], axis=-1), step) if drawn else p)
+    for scatter in ax.findobj(PathCollection, include_self=False):
+        marks.append(np.ma.filled(scatter.get_offsets(), np.nan).reshape(-1, 2).T)
+    found = np.hstack(marks)
+    return found[:, np.isfinite(found).all(axis=0)]
+
+
 def data_per_point(ax: Axes) -> float:
     """How much of the coordinates a point of type is, in the axes as they are laid out now."""
-    if layout := ax.figure.get_layout_engine():
-        layout.execute(ax.figure)  # type: ignore[arg-type]
+    figure = ax.figure
+    while figure.figure is not None and figure.figure is not figure:  # a part of another
+        figure = figure.figure
+    if layout := figure.get_layout_engine():
+        layout.execute(figure)
     ax.apply_aspect()
     pixels = ax.transData.transform([[0.0, 0.0], [1.0, 0.0]])
     return float(ax.figure.dpi / 72 / np.ptp(pixels[:, 0]))
 
 
 def legend_below(ax: Axes, columns: int) -> None:
-    """Names of the lines under a plan and its ticks, however high it is."""
+    """Names of the lines under a plan and its ticks, however high it is, in as many columns as
+    the figure has room for."""
     place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
     style: dict[str, Any] = {"frameon": False, "fontsize": letter(0.9)}
-    ax.legend(**place, borderaxespad=BELOW, ncols=columns, **style)
+    for n in range(columns, 0, -1):
+        names = ax.legend(**place, borderaxespad=BELOW, ncols=n, **style)
+        if names.get_window_extent().width <= ax.figure.bbox.width:
+            break
 
 
 def scalar_bar(ax: Axes, colored: ScalarMappable, title: str, **options: Any) -> Colorbar:
     """A scalar bar along the longer side of the axes."""
     width, height = np.ptp(ax.dataLim.get_points(), axis=0)
     slender = max(1.0, height / (4 * width))  # sizes are parts of the width
+    engine = ax.figure.get_layout_engine()
+    # one that is constrained only puts the title of a bar with so much room off the figure
+    compressed = engine is None or getattr(engine, "_compress", True)
     place: dict[str, Any] = (
         {
             "location": "bottom",
             "pad": 0.1,
             "aspect": max(40, 1.5 * width / height),  # long enough for its numbers
-            "fraction": 0.4,
+            "fraction": 0.4 if compressed else 0.15,
         }
         if width > 2 * height
         else {

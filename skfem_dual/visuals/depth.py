@@ -66,7 +66,9 @@ def plot_profile(profile: Profile, *, title: str | None = None) -> Axes:
         for (color, style), (label, values) in zip(LINES, curves, strict=False):
             for i, part in enumerate(parts):
                 own = values[order][part]
-                ax.plot(own, depth[part], style, color=color, label=label if i == 0 else None)
+                marker = "." if own.size == 1 else None  # a line of one point is none
+                entry = label if i == 0 else None
+                ax.plot(own, depth[part], style, color=color, label=entry, marker=marker)
         for interface in profile.interfaces[profile.interfaces < depth[-1]]:
             ax.axhline(interface, color=OUTLINE, linewidth=0.8, linestyle=(0, (6, 3)))
         ax.axvline(0, color=GREY, linewidth=0.8, zorder=0)

@@ -66,8 +66,8 @@ def label_boxes(
         From the number of the level to the lower left and the upper right corner, shape (2, 2).
     """
     lines = [isoline(field, level) for level in levels]
-    edge = _samples(field.p[:, field.outline].transpose(0, 2, 1), letter / 4)
-    drawn = [_samples(segments, letter / 4) for segments, _ in lines]
+    edge = samples(field.p[:, field.outline].transpose(0, 2, 1), letter / 4)
+    drawn = [samples(segments, letter / 4) for segments, _ in lines]
     longest, lengths = zip(*(_longest(*line) for line in lines), strict=True)
     half = letter / 2 * np.array([[WIDTH * len(text) + PAD, HEIGHT] for text in texts])
     found: dict[int, ndarray] = {}
@@ -75,7 +75,7 @@ def label_boxes(
         if lengths[i] < LONG * half[i, 0]:
             continue
         scale = half[i, :, None]
-        candidates = _samples(longest[i], letter / 4)
+        candidates = samples(longest[i], letter / 4)
         candidates = candidates[:, :: max(1, candidates.shape[1] // 500)]
         others = np.hstack([edge, *drawn[:i], *drawn[i + 1 :]])
         clear = _off(others, candidates, scale)
@@ -104,7 +104,7 @@ def _longest(segments: ndarray, lines: ndarray) -> tuple[ndarray, float]:
     return segments[:, lines == length.argmax()], float(length.max())
 
 
-def _samples(segments: ndarray, step: float) -> ndarray:
+def samples(segments: ndarray, step: float) -> ndarray:
     """Points along segments, shape (2, n, 2), not farther apart than a step."""
     a, b = segments[..., 0], segments[..., 1]
     pieces = np.maximum(1, np.ceil(np.hypot(*(b - a)) / step).astype(int))

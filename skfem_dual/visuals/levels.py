@@ -11,6 +11,8 @@ from .field import Field
 
 #: more isobars than this are a mistake
 MOST = 1000
+#: numbers closer to the end of a scalar bar, in parts of it, make room for what is told there
+CLOSE = 0.04
 #: values that differ by less of the largest are constant but for rounding
 ROUNDING = 1e-9
 
@@ -189,3 +191,18 @@ def round_ticks(low: float, high: float, most: int = 6) -> ndarray:
     ticks = np.asarray(locator.tick_values(low, high))
     margin = 1e-9 * (high - low)
     return ticks[(ticks >= low - margin) & (ticks <= high + margin)]
+
+
+def bar_marks(
+    low: float, high: float, below: bool, beyond: bool, exponent: int
+) -> dict[float, str]:
+    """Numbers beside a scalar bar from ``low`` to ``high``; at ends that values pass, which."""
+    ticks = round_ticks(low, high)
+    marks = dict(zip(ticks.tolist(), short_numbers(ticks, exponent), strict=True))
+    for end, sign, passed in ((low, "<", below), (high, ">", beyond)):
+        if passed:
+            marks = {
+                at: text for at, text in marks.items() if abs(at - end) > CLOSE * (high - low)
+            }
+            marks[end] = f"{sign} {end / 10.0**exponent:.4g}"
+    return marks

@@ -20,6 +20,7 @@ from .axes import (
     draw_segments,
     legend_below,
     letter,
+    marks_on,
     prepared,
     room_for,
     scalar_bar,
@@ -28,7 +29,7 @@ from .axes import (
 from .curves import plot_edge, plot_kern, plot_moment_rotation
 from .depth import draw_interfaces, plot_profile
 from .field import Field
-from .isolines import NO_MARKS, label_boxes, smooth_line
+from .isolines import label_boxes, smooth_line
 from .levels import choose_levels, color_range, common_exponent, short_numbers, title_with_factor
 from .offscreen import one_at_a_time
 from .style import (
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
 
 #: size of labels on isobars, over that of type
 LETTER = 0.8
+#: steps along the greater extent in which lines on the axes are looked at
+FINE = 200
 #: levels named beside the scalar bar, at most
 TICKS = 20
 
@@ -258,7 +261,7 @@ def isobars(
     exponent = common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
     ax = prepared(ax, field.p)
-    marks = np.hstack([NO_MARKS, *(np.array(line.get_xydata()).T for line in ax.lines)])
+    marks = marks_on(ax, float(np.ptp(field.p, axis=1).max()) / FINE)
     triangles = triangulation(pressed)
     # matplotlib fills between at least two levels: the ends of the range are levels too
     filled = np.concatenate([[pressed.values.min()], chosen, [pressed.values.max()]])

@@ -19,10 +19,10 @@ from ..grids.dual_mesh import DualMesh
 from .field import Field
 from .isolines import isoline, label_boxes, smooth_line
 from .levels import (
+    bar_marks,
     choose_levels,
     color_range,
     common_exponent,
-    round_ticks,
     short_numbers,
     title_with_factor,
 )
@@ -57,8 +57,6 @@ if TYPE_CHECKING:
 
 __all__ = ["deformed", "draw", "isobars", "plot"]
 
-#: numbers nearer to an end of a bar with a number, over its height, are left out
-CLOSE = 0.04
 UNLIT: dict[str, Any] = {"lighting": False, "show_scalar_bar": False}
 
 
@@ -182,14 +180,7 @@ def plot(
     plotter = new_plotter(off_screen)
     drawn = surface(pressed)
     (drawn.cell_data if field.flat else drawn.point_data)["values"] = pressed.values
-    ticks = round_ticks(low, high)
-    marks = dict(zip(ticks.tolist(), short_numbers(ticks, exponent)))
-    for end, sign, passed in ((low, "<", below), (high, ">", beyond)):
-        if passed:
-            marks = {
-                at: text for at, text in marks.items() if abs(at - end) > CLOSE * (high - low)
-            }
-            marks[end] = f"{sign} {end / 10.0**exponent:.4g}"
+    marks = bar_marks(low, high, below, beyond, exponent)
     colored = plotter.add_mesh(
         drawn, scalars="values", clim=(low, high), cmap=cmap, annotations=marks, **UNLIT
     )

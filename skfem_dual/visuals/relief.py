@@ -14,7 +14,7 @@ from ..solutions.displaced import DisplacedStructure
 from ..solutions.elastic_solution import ElasticSolution
 from .field import Field
 from .isolines import smooth_line
-from .levels import color_range, common_exponent, round_ticks, short_numbers, title_with_factor
+from .levels import bar_marks, color_range, common_exponent, title_with_factor
 from .offscreen import one_at_a_time
 from .scene import add_bar, drawn_line, new_plotter
 from .style import BODY, COLORMAP, CONTACT, GROUND, OUTLINE, checked_style
@@ -178,9 +178,8 @@ def deformed(
     origin = np.array([*solution.punch.centre, relief.level])[:, None]
     pressed, solid = show == "pressure", solution.punch.boundary is not None
     coloured = Coloured.of(relief, pressed, title)
-    low, high = coloured.limits
+    low, high, below, beyond = coloured.limits
     exponent = common_exponent([low, high])
-    ticks = round_ticks(low, high)
     plotter = new_plotter(off_screen)
     _add(plotter, relief.ground, origin, color=GROUND, smooth_shading=True)
     if pressed:
@@ -194,7 +193,7 @@ def deformed(
         scalars=coloured.values,
         clim=(low, high),
         cmap=cmap,
-        annotations=dict(zip(ticks.tolist(), short_numbers(ticks, exponent), strict=True)),
+        annotations=bar_marks(low, high, below, beyond, exponent),
         show_scalar_bar=False,
         **(faceted if solid and not pressed else {"smooth_shading": True}),
     )
@@ -206,11 +205,11 @@ def deformed(
 
 @dataclass(frozen=True, eq=False)
 class Coloured:
-    """The surface that is coloured, by what, between which limits."""
+    """The surface that is coloured, by what, between which limits and whether values pass them."""
 
     surface: Surface
     values: ndarray
-    limits: tuple[float, float]
+    limits: tuple[float, float, bool, bool]
     title: str
 
     @classmethod
@@ -219,12 +218,12 @@ class Coloured:
         if pressed:
             subject = Subject.of(relief.solution, None, title, None)
             field = subject.pressed
-            low, high, *_ = color_range(field)
-            return cls(relief.on_plan(field), field.values, (low, high), subject.title or "")
+            limits, name = color_range(field), subject.title or ""
+            return cls(relief.on_plan(field), field.values, limits, name)
         solid = relief.solution.punch.boundary is not None
         values = relief.displacement
         name = "displacement" if solid else "deflection"
-        limits = float(values.min()), float(values.max())
+        limits = float(values.min()), float(values.max()), False, False
         return cls(relief.structure, values, limits, name if title is None else title)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 PLAN, LEFT, BELOW, ABOVE = 800, 110, 80, 40
 #: size of texts in pixels, and how wide a digit of them and what stands beside numbers are
 LETTER, DIGIT, BESIDE = 16, 9, 34
+#: what VTK calls fonts that come from a file
+FROM_FILE = 4
+#: least height of a number beside a scalar bar
+LEAST = 20
 #: ticks along the longer side of a plan
 MOST = 7
 #: finer pixels along one that is seen, over which lines are as wide as they are said to be
@@ -154,10 +159,23 @@ def with_bar(plotter: Any, colored: Any, title: str, p: ndarray, origin: ndarray
     return plotter
 
 
+def _font() -> str:
+    """The font that matplotlib brings along."""
+    from matplotlib import get_data_path
+
+    return str(Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf")
+
+
 def add_bar(plotter: Any, colored: Any, title: str, x: float, y: float, height: float) -> None:
     """A scalar bar of an actor, its lower left corner at x and y, in parts of the window."""
-    plotter.add_scalar_bar(
-        title,
+    lookup, room = colored.mapper.lookup_table, height * plotter.window_size[1]
+    numbers = lookup.GetNumberOfAnnotatedValues()
+    every = max(1, int(np.ceil(numbers * LEAST / room)))
+    for i in reversed(range(numbers)):
+        if i % every:
+            lookup.RemoveAnnotation(lookup.GetAnnotatedValue(i))
+    bar = plotter.add_scalar_bar(
+        title.replace("|", "\N{DIVIDES}"),  # VTK takes them for columns
         mapper=colored.mapper,
         n_labels=0,
         vertical=True,
@@ -170,3 +188,6 @@ def add_bar(plotter: Any, colored: Any, title: str, x: float, y: float, height: 
         label_font_size=16,
         font_family="arial",
     )
+    # the font of VTK leaves out what it has no letters for, as exponents and Greek
+    bar.GetTitleTextProperty().SetFontFamily(FROM_FILE)
+    bar.GetTitleTextProperty().SetFontFile(_font())
