@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from marks import slow
 from plans import disc, perturbed, rectangle
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -152,3 +153,16 @@ def test_plans_without_symmetry():
     other = DualMesh.from_mesh(disc(2)).basis().partition
     with pytest.raises(ValueError, match="symmetry of the 145 cells, got one of 41"):
         RigidPunch(GROUNDS["homogeneous"], basis, symmetry=Symmetry.detect(other)).solve(1.0)
+
+
+@pytest.mark.slow
+def test_nodes_that_nearly_coincide():
+    """Iterations stall there and say why; a matrix does not."""
+    x = np.sort([*np.linspace(-1, 1, 70), 0.31234, 0.31234 + 1e-6])
+    cells = CellBasis(MeshQuad.init_tensor(x, np.linspace(-1, 1, 60)), ElementQuad0())
+    with pytest.warns(ConvergenceWarning, match="cells far smaller than others.*rtol=0"):
+        stalled = RigidPunch(HalfSpace(1.0, 0.25), cells).solve(1.0, at=(0.1, 0.05))
+    assert not stalled.success
+    found = RigidPunch(HalfSpace(1.0, 0.25), cells, rtol=0).solve(1.0, at=(0.1, 0.05))
+    assert found.success
+    assert found.settlement == pytest.approx(stalled.settlement, rel=1e-4)

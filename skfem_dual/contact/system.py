@@ -37,6 +37,8 @@ from .unilateral import MOST, How, active_set, beginning, conjugate_gradients, s
 #: how many there are before an active set ends what they began
 EXACTLY, FEW = 1e-13, 100
 UNANSWERED = "no force was found under which the settlement is the one imposed"
+#: cells smaller by so much than the median one may keep iterations from converging
+SLIVER = 1e-3
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
 
@@ -188,9 +190,21 @@ class ContactSystem:
         rtol = max(operator.rtol, 1e-12)  # no more accurate than the operator
         with timed(self.timings, "iterations"):
             answer = solve_many(operator, rhs, rtol, bars_shown(), **how)
-        if not answer.success and self.formed:
+        there = self.formed or getattr(operator, "method", "") == "dense"
+        if not answer.success and there:
             return self.factors.solve(rhs), ""
-        return answer.solution, "" if answer.success else answer.message
+        return answer.solution, "" if answer.success else answer.message + self._slivers
+
+    @property
+    def _slivers(self) -> str:
+        """What keeps iterations from converging, if cells are far smaller than others."""
+        least, share = int(self.areas.argmin()), self.areas.min() / np.median(self.areas)
+        if share > SLIVER:
+            return ""
+        return (
+            f"; likely cause: cells far smaller than others, number {least} has {share:.1e} of their "
+            "median area. Remedy: a mesh without nodes that nearly coincide, or rtol=0 for a matrix"
+        )
 
     @computed_once
     def stiffness(self) -> ndarray:
