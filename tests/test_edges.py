@@ -8,7 +8,7 @@ import pytest
 from elastic_bodies import point_load, raft
 from plans import disc, rectangle
 from scipy.special import ellipk
-from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
 from skfem_dual import (
     DualMesh,
@@ -254,3 +254,17 @@ def test_all_doors_tell_of_contact_narrower_than_a_cell():
         one.solve_many({"dead": {"force": 1.0}})
     with pytest.warns(ResolutionWarning, match="wider than one"):
         RigidPunches([one, two]).solve([{"force": 1.0}] * 2)
+
+
+@pytest.mark.parametrize("n", [2, 4])
+def test_mirrored_plans_with_named_edges(n):
+    """Edges that are an open line have two ends, wherever they begin."""
+    x, y = np.r_[np.linspace(0, 1, n + 1), 2.0, 3.0], np.linspace(0, 1, n + 1)
+    mesh, found = MeshTri.init_tensor(x, y), []
+    for top in 1.0, 0.0:
+        p = np.array([mesh.p[0], mesh.p[1] if top else 1 - mesh.p[1]])
+        edges = {"left and top": lambda x, at=top: (x[0] == 0) | (x[1] == at)}
+        cells = CellBasis(MeshTri(p, mesh.t).with_boundaries(edges), ElementTriP0())
+        own = RigidPunch(HalfSpace(1.0, 0.0), cells, edge_boundaries="left and top")
+        found.append(own.solve(1.0, at=(1.4, 0.5), unilateral=False).pressure)
+    assert found[0] == pytest.approx(found[1], rel=1e-6)

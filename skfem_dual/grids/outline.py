@@ -227,4 +227,6 @@ def _facing(x: ndarray, bisector: ndarray, angle: float, a: ndarray, b: ndarray)
     turn = np.arctan2(cross(bisector[:, None], -way), -bisector @ way)
     blur = 1e-9 + rounding(a, b) / np.where(r > 0, r, 1.0)
     facing &= np.abs(turn) < angle / 2 + blur
-    return float(r[facing].min(initial=np.hypot(*offset).max()))
+    # an open line ends in a node that no segment begins with
+    farthest = max(np.hypot(*offset).max(), np.hypot(*(x[:, None] - b)).max())
+    return float(r[facing].min(initial=farthest))
