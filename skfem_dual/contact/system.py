@@ -190,8 +190,8 @@ class ContactSystem:
         rtol = max(operator.rtol, 1e-12)  # no more accurate than the operator
         with timed(self.timings, "iterations"):
             answer = solve_many(operator, rhs, rtol, bars_shown(), **how)
-        there = self.formed or getattr(operator, "method", "") == "dense"
-        if not answer.success and there:
+        exact = operator.rtol < 1e-12 and getattr(operator, "method", "") == "dense"
+        if not answer.success and (self.formed or exact):
             return self.factors.solve(rhs), ""
         return answer.solution, "" if answer.success else answer.message + self._slivers
 
@@ -202,8 +202,9 @@ class ContactSystem:
         if share > SLIVER:
             return ""
         return (
-            f"; likely cause: cells far smaller than others, number {least} has {share:.1e} of their "
-            "median area. Remedy: a mesh without nodes that nearly coincide, or rtol=0 for a matrix"
+            f"; likely cause: cells far smaller than others, number {least} has {share:.1e} of "
+            "their median area. Remedy: a mesh without nodes that nearly coincide, or rtol=0 for "
+            "a matrix"
         )
 
     @computed_once
