@@ -31,11 +31,27 @@ def number(text: str) -> float:
     return value
 
 
+class _Once(argparse.Action):
+    """An option with a value that is refused the second time: only the last would count."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, found: Any, value: Any, name: str | None = None
+    ) -> None:
+        first = getattr(found, self.dest)
+        if self.option_strings and first is not self.default:
+            shown = one_line(f"{first} and {value}", 80)
+            raise argparse.ArgumentError(self, f"expected once, got {shown}. Remedy: one of them")
+        setattr(found, self.dest, value)
+
+
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors take one line and whose numbers may read ``-1e6``."""
+    """A parser whose errors take one line, whose numbers may read ``-1e6`` and whose options with
+    a value are given once."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        for action in None, "store":
+            self.register("action", action, _Once)
         # before Python 3.14 argparse takes -1e6 for an option
         self._negative_number_matcher = re.compile(r"^-(\.?\d|inf|nan)", re.IGNORECASE)
 

@@ -585,3 +585,13 @@ def test_warnings_of_other_packages_are_no_remarks(capsys):
         show_warning(warned, warning)
     assert warned == ["two parts"]
     assert "warning: another version" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--json", "--force", "--loads", "--units"])
+def test_options_given_twice_are_refused(capsys, option):
+    """Only the last would count."""
+    values = {"--force": ("1", "2"), "--units": ("kN,m", "N,mm")}.get(option, ("a.csv", "b.csv"))
+    with pytest.raises(SystemExit) as ended:
+        main(["solve", DISC, option, values[0], option, values[1]])
+    assert ended.value.code == 2
+    assert re.search(f"{option}.*: expected once, got ", capsys.readouterr().err)

@@ -175,7 +175,8 @@ def test_one_force_on_a_mesh(capsys, raft, tmp_path):
 def test_wrong_plates(capsys, raft, tmp_path, options, message):
     cases_in(tmp_path, "name,force,mx,my\na,100,0,5\n", "turn.csv")
     cases_in(tmp_path, "name,force,hx,hy\na,100,0,5\n", "slide.csv")
-    command = [*raft, *options] if "--plate" not in options else [*raft, "--cells", "60", *options]
+    few = ["--cells", "60"] if "--plate" in options and "--cells" not in options else []
+    command = [*raft, *few, *options]
     code, _, err = run(capsys, *command)
     assert code == 2
     (line,) = err

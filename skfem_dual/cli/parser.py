@@ -157,25 +157,14 @@ def _add_solve(commands: Any) -> None:
     )
 
 
-class _Once(argparse.Action):
-    """An option that is refused the second time, of which only the last would count."""
-
-    def __call__(
-        self, parser: argparse.ArgumentParser, found: Any, value: Any, name: str | None = None
-    ) -> None:
-        if (first := getattr(found, self.dest)) is not None:
-            raise argparse.ArgumentError(
-                self, f"expected once, got {first} and {value}. Remedy: a file for each outline"
-            )
-        setattr(found, self.dest, value)
-
-
 def _add_outlines(group: Any) -> None:
     group.add_argument(
         "--corners", metavar="TEXT", help='an outline instead of MESH: "0,0 12,0 12,8 0,8"'
     )
     group.add_argument(
-        "--layer", action=_Once, metavar="NAME", help="layer of a drawing that has the outline"
+        "--layer",
+        metavar="NAME",
+        help="layer of a drawing with the outline; several are a file each",
     )
     group.add_argument(
         "--drawn-in",
