@@ -997,3 +997,68 @@ def test_interrupts_in_compiled_code_end_a_sweep():
 
     with pytest.raises(KeyboardInterrupt):
         sweep(problem, [1.0, 2.0])
+
+
+class Model:
+    """Called, or with a method that returns it."""
+
+    def __init__(self, factor):
+        self.factor, self.found = factor, None
+
+    def __call__(self, x):
+        return self.factor * x
+
+    def fit(self, x):
+        self.found = self.factor * x
+        return self
+
+
+def test_results_that_are_the_object_of_the_problem():
+    """Each is what it was when its case was solved."""
+    found = sweep(Model(2).fit, [1.0, 2.0, 3.0], executor=2)
+    assert [result.found for result in found.results] == [2.0, 4.0, 6.0]
+
+
+def test_keys_of_results_tell_what_problems_tell():
+    rows = np.array([(1.0, 2.0)], dtype=[("force", float), ("e", float)])
+    turned = np.array([(1.0, 2.0)], dtype=[("e", float), ("force", float)])
+    for one, other in (
+        (rows, turned),
+        (rows[0], turned[0]),
+        (np.float32(0.5), 0.5),
+        (np.int8(100), 100),
+        (np.datetime64(5, "ns"), 5),
+        (lambda a: 1, lambda *a: 1),
+        (lambda a, b=1: 1, lambda a, *, b=1: 1),
+    ):
+        assert fingerprint(one) != fingerprint(other)
+    assert fingerprint(np.float64(0.5)) == fingerprint(0.5)
+    assert fingerprint(np.int64(3)) == fingerprint(3)
+
+
+def test_called_objects_are_told_by_their_code(tmp_path, monkeypatch):
+    file = tmp_path / "s"
+    assert sweep(Model(2), [1.0], file=file).results == [2.0]
+    monkeypatch.setattr(Model, "__call__", lambda self, x: self.factor * x + 100)
+    assert sweep(Model(2), [1.0], file=file).results == [102.0]
+
+
+def test_classes_of_a_script_are_its_own_when_resumed(tmp_path):
+    """Also if cloudpickle is there, which takes them along."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import enum\n"
+        "from skfem_dual import sweep\n"
+        "class Verdict(enum.Enum):\n"
+        "    SAFE, UNSAFE = 1, 2\n"
+        "def judge(e):\n"
+        "    return Verdict.UNSAFE if e > 0.5 else Verdict.SAFE\n"
+        "found = sweep(judge, [0.1, 0.9], file='s')\n"
+        "resumed = [outcome.resumed for outcome in found.outcomes]\n"
+        "print(resumed, [result is Verdict.UNSAFE for result in found.results])\n"
+    )
+    for resumed in False, True:
+        ended = subprocess.run(
+            [sys.executable, script.name], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+        assert ended.stdout == f"{[resumed] * 2} [False, True]\n"

@@ -35,6 +35,9 @@ Problem = Callable[..., Any]
 
 MARK = b"skfem_dual sweep\n"
 HEAD = struct.Struct("<Q32s")  # length and SHA-256 of what follows
+BODIES = RigidPunch, ElasticPunch, RigidPunches, Punches
+#: scalars of numpy that count as numbers and texts of Python, which they are in all they do
+PLAIN = np.float64, np.int64, np.complex128, np.bool_, np.str_, np.bytes_
 #: what these answer follows from the function they wrap alone
 COMPILED_OR_CACHED: tuple[type[Any], ...] = Dispatcher, UfuncBase, type(lru_cache(abs))
 
@@ -86,9 +89,24 @@ def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
 
 def pickled(value: Any, problem: Problem) -> bytes:
     """Pickle without what belongs to the problem, such as the punch of every solution."""
+    return _pickled(value, problem, Pickler)
+
+
+def lasting(body: bytes, value: Any, problem: Problem) -> bytes:
+    """The ``body`` pickled from a value for a file: there classes of a script are named if they
+    can be, as they are others in its next run."""
+    if b"cloudpickle" not in body:
+        return body
+    try:
+        return _pickled(value, problem, pickle.Pickler)
+    except (pickle.PicklingError, AttributeError, TypeError):  # of functions
+        return body
+
+
+def _pickled(value: Any, problem: Problem, kind: Any) -> bytes:
     names = {id(part): name for name, part in _shared(problem).items()}
 
-    class Sparing(Pickler):
+    class Sparing(kind):
         def persistent_id(self, obj: Any) -> str | None:
             return names.get(id(obj))
 
@@ -109,9 +127,12 @@ def restored(body: bytes | memoryview, problem: Problem) -> Any:
 
 
 def _shared(problem: Problem) -> dict[str, Any]:
-    """What results need not bring along, by names: what is solved, its punches and their cells."""
+    """What results need not bring along, by names: what is solved, its punches and their cells.
+
+    Not objects of users: one that a result is may have changed.
+    """
     whole = getattr(problem, "__self__", problem)
-    shared = {"problem": whole}
+    shared = {"problem": whole} if isinstance(whole, BODIES) else {}
     if isinstance(whole, (RigidPunches, Punches)):
         punches = whole.members if isinstance(whole, RigidPunches) else whole.punches
         shared |= {f"punch {i}": punch for i, punch in enumerate(punches)}
@@ -147,7 +168,9 @@ def fingerprint(value: Any) -> bytes:
     def of(value: Any) -> bytes:
         if id(value) not in known:
             known[id(value)] = value, b"a value inside itself"
-            plain = value.item() if isinstance(value, np.generic) else value
+            plain = value
+            if isinstance(value, np.generic):
+                plain = value.item() if isinstance(value, PLAIN) else np.asarray(value)
             name = f"{type(plain).__module__}.{type(plain).__qualname__}".encode()
             content = b"".join(sha256(part).digest() for part in (name, *_parts(plain, of)))
             known[id(value)] = value, sha256(content).digest()
@@ -161,7 +184,8 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
     if value is None or type(value) in (bool, int, float, complex, str, bytes):
         return [repr(value).encode()]
     if type(value) is np.ndarray and not value.dtype.hasobject:
-        return [repr((value.dtype.str, value.shape)).encode(), value.tobytes()]
+        kind = value.dtype.descr if value.dtype.names else value.dtype.str
+        return [repr((kind, value.shape)).encode(), value.tobytes()]
     if type(value) in (dict, types.MappingProxyType):
         return sorted(of(key) + of(item) for key, item in value.items())
     if type(value) in (set, frozenset):
@@ -175,7 +199,9 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
     if isinstance(value, PurePath):  # which pickles by the parts it was made of
         return [str(value).encode()]
     if isinstance(value, types.CodeType):
-        return map(of, (value.co_code, value.co_consts, value.co_names, value.co_varnames))
+        takes = value.co_argcount, value.co_posonlyargcount, value.co_kwonlyargcount
+        names = value.co_names, value.co_varnames
+        return map(of, (value.co_code, value.co_consts, *names, takes, value.co_flags))
     if isinstance(value, types.FunctionType):
         cells = [cell.cell_contents for cell in value.__closure__ or ()]
         own = (value.__module__, value.__qualname__, value.__code__, cells)

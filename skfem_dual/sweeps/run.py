@@ -8,6 +8,7 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from .records import (
     Problem,
     append,
     fingerprint,
+    lasting,
     read_records,
     record,
     restored,
@@ -221,7 +223,9 @@ def sweep(
     In a script with a number of workers, or processes of other executors, the call belongs under
     ``if __name__ == "__main__":``. A sweep over several punches with several loads each computes
     every matrix once in a worker if ``functools.lru_cache`` decorates the function that makes a
-    punch and cases with the same punch follow each other.
+    punch and cases with the same punch follow each other. Results bring no matrices along: what is
+    computed from a solution later, as its settlement, is soonest asked for in the problem, which
+    may return it beside the solution.
 
     Examples
     --------
@@ -284,7 +288,8 @@ def sweep(
                 finish(number, error=error)
             else:
                 if file is not None:
-                    append(records, record(keys[number], answer.body))
+                    body = lasting(answer.body, (result, seconds), problem)
+                    append(records, record(keys[number], body))
                 finish(number, result, seconds)
     ordered = tuple(outcomes[number] for number in range(len(cases)))
     run = [o.seconds for o in ordered if o.error is None and not o.resumed]
@@ -297,8 +302,12 @@ def sweep(
 
 def _token(problem: Problem, needed: bool) -> bytes:
     """What tells a problem from others: its content, or if that is not ``needed`` just a name."""
+    # of an object, or of a class whose objects are the results, the code that is called too
+    name = "__init__" if isinstance(problem, type) else "__call__"
+    called = getattr(problem if isinstance(problem, type) else type(problem), name)
+    whole = (problem, called) if isinstance(called, FunctionType) else problem
     try:
-        return fingerprint(problem)
+        return fingerprint(whole)
     except Exception:
         if needed:
             raise
