@@ -48,7 +48,7 @@ FOUND = (
 
 def report_data(bodies: Sequence[Body]) -> dict[str, Any]:
     """What the page of the same bodies shows, as numbers, text, lists and dictionaries; without
-    the strength at the edge, which `edge_intensity` has.
+    the strength at the edge, which `edge_coefficient` has.
 
     All numbers are in the units that went in, ``None`` where a page has a dash. The fields are
     described in the guide, under "The report".
