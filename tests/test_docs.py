@@ -92,7 +92,7 @@ def test_its_programs_run(page, tmp_path, monkeypatch, undrawn):
         if kind == "sh" and expected:
             assert NUMBER.sub("", found).split() == NUMBER.sub("", expected).split()
             numbers = [[float(x) for x in NUMBER.findall(text)] for text in (found, expected)]
-            assert numbers[0] == pytest.approx(numbers[1], rel=0.02)
+            assert numbers[0] == pytest.approx(numbers[1], rel=1e-3)
         elif kind == "python":
             assert same(expected, found, doctest.NORMALIZE_WHITESPACE), found
     plt.close("all")
