@@ -1243,3 +1243,17 @@ def test_ends_of_bars_that_values_pass():
     marks = bar_marks(0.1, 2.02, True, True, 0)
     assert (marks[0.1], marks[2.02]) == ("< 0.1", "> 2.02")
     assert 2.0 not in marks
+
+
+def test_curves_are_seen_on_a_dark_background(solution_of_disc):
+    import matplotlib.pyplot as plt
+
+    with plt.style.context("dark_background"):
+        for ax in (
+            with_matplotlib.plot_edge(solution_of_disc.edge_coefficient()),
+            with_matplotlib.plot_moment_rotation(
+                moment_rotation(solution_of_disc.punch, 1.0, unilateral=False)
+            ),
+        ):
+            assert ax.lines[0].get_color() == "white"
+    plt.close("all")

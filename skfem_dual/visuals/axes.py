@@ -12,7 +12,7 @@ from ..messages import shown
 from .field import Field
 from .isolines import samples
 from .levels import roundest
-from .style import MISSING
+from .style import MISSING, OUTLINE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,6 +83,11 @@ def prepared(ax: Axes | None, p: ndarray) -> Axes:
     ax.tick_params(labelsize=letter(0.9))
     ax.show = plt.show  # type: ignore[union-attr]
     return ax
+
+
+def inked(ax: Axes, color: str = OUTLINE) -> Any:
+    """A colour of lines; for that of outlines the one of type, which any background lets see."""
+    return ax.xaxis.label.get_color() if color == OUTLINE else color
 
 
 def room_for(lines: int, p: ndarray) -> float:

@@ -11,7 +11,7 @@ from ..arguments import checked_instance, checked_text
 from ..bodies.paths import MomentRotation
 from ..bodies.punch import RigidPunch
 from ..solutions.pressures import EdgeCoefficient
-from .axes import diagram, draw_segments, legend_below, letter, prepared
+from .axes import diagram, draw_segments, inked, legend_below, letter, prepared
 from .field import Field
 from .offscreen import one_at_a_time
 from .style import CONTACT, LIGHT, OUTLINE
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: colours and dashes of curves in one picture, told apart in grey as well
-LINES = (("#1a1a1a", "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"))
+LINES = ((OUTLINE, "-"), ("#c8401f", "--"), ("#2c6fbb", "-."), ("#7a7a7a", ":"))
 
 #: part of the overturning moment up to which rotations are shown
 SHOWN = 0.85
@@ -61,7 +61,7 @@ def plot_edge(
     for contour, (color, style) in zip(contours, cycle(LINES)):
         own, label = coefficient.contour == contour, f"contour {contour}"
         arc, values = coefficient.arc[own], coefficient.values[own]
-        ax.plot(arc, values, style, color=color, label=label)
+        ax.plot(arc, values, style, color=inked(ax, color), label=label)
     if len(contours) > 1:
         ax.legend(frameon=False, fontsize=letter(0.9))
     ax.set_xlim(0, coefficient.arc.max())
@@ -138,14 +138,15 @@ def plot_moment_rotation(curve: MomentRotation, *, ax: Axes | None = None) -> Ax
     """
     checked_instance("curve", curve, MomentRotation)
     ax = diagram(ax, (6.2, 4.2))
-    note: dict[str, Any] = {"fontsize": letter(0.9), "color": OUTLINE}
+    ink = inked(ax)
+    note: dict[str, Any] = {"fontsize": letter(0.9), "color": ink}
     rotation, share = curve.rotation, curve.eccentricity / curve.overturning
     right = np.interp(SHOWN, share, rotation)
-    ax.axhline(1.0, color=OUTLINE, linewidth=1, linestyle=":")
+    ax.axhline(1.0, color=ink, linewidth=1, linestyle=":")
     ax.text(right, 1.01, "overturning", ha="right", va="bottom", **note)
     pulled = min(float(s.pressure.min()) for s in curve.solutions) < 0
     told = "ground pulls" if pulled else "ground does not pull"
-    ax.plot(rotation, share, "-", color=OUTLINE, marker=".", label=told)
+    ax.plot(rotation, share, "-", color=ink, marker=".", label=told)
     if curve.lift_off > 0:
         # of a flat footing in full contact: linear in the eccentricity
         ends = np.array([curve.overturning, curve.lift_off]) * curve.direction[:, None]

@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..arguments import checked_instance
 from ..solutions.below import Profile
-from .axes import checked_axes, letter, pyplot
+from .axes import checked_axes, inked, letter, pyplot
 from .curves import LINES
 from .offscreen import one_at_a_time
 from .style import OUTLINE
@@ -64,11 +64,12 @@ def plot_profile(profile: Profile, *, title: str | None = None) -> Axes:
     depth, parts = profile.depth[order], _between(profile.depth[order], profile.interfaces)
     for ax, (name, curves) in zip(axes, panels, strict=True):
         for (color, style), (label, values) in zip(LINES, curves, strict=False):
+            ink = inked(ax, color)
             for i, part in enumerate(parts):
                 own = values[order][part]
                 marker = "." if own.size == 1 else None  # a line of one point is none
                 entry = label if i == 0 else None
-                ax.plot(own, depth[part], style, color=color, label=entry, marker=marker)
+                ax.plot(own, depth[part], style, color=ink, label=entry, marker=marker)
         for interface in profile.interfaces[profile.interfaces < depth[-1]]:
             ax.axhline(interface, color=OUTLINE, linewidth=0.8, linestyle=(0, (6, 3)))
         ax.axvline(0, color=GREY, linewidth=0.8, zorder=0)
