@@ -248,3 +248,10 @@ def test_finite_elements_of_graded_ground():
     found = components(ground, [CellLoads(partition, np.ones(len(partition)), None)], x)
     assert found[[0, 1, 2, 5]] == pytest.approx(expected, abs=5e-4)
     assert found[[6, 8]] == pytest.approx(np.array(moved).T, abs=3e-3)
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 1e-200), (1e103, 0.0, 0.3), (0.0, 0.0, 1e155)])
+def test_points_beyond_numbers_are_refused(on_rock, point):
+    for quantity in (stress_below, displacement_below):
+        with pytest.raises(ValueError, match=r"up to 1e\+100 .* from 1e-100 on; .*: 1"):
+            quantity(on_rock, np.array([(0.1, 0.0, 0.5), point]).T)

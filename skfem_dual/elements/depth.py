@@ -15,7 +15,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from ..arguments import checked_array
+from ..arguments import LARGEST, SMALLEST, checked_array
 from ..grids.partition import Partition
 from ..ground.strata import Strata
 from ..ground.stratified import Stratified
@@ -101,6 +101,12 @@ def checked_depths(substrate: Substrate, x: ArrayLike) -> ndarray:
         raise ValueError(
             "expected points in the ground, with finite depths z > 0; the first that is not: "
             f"{bad[0]}, with z={x[2, bad[0]]:g}"
+        )
+    sizes = np.abs(x).max(axis=0, initial=0.0)
+    if (bad := np.nonzero((sizes > LARGEST) | (x[2] < SMALLEST))[0]).size:
+        raise ValueError(
+            f"expected coordinates up to {LARGEST:g} and depths from {SMALLEST:g} on; the first "
+            f"point beyond: {bad[0]}"
         )
     bottom = strata.interfaces[-1]
     if (bad := np.nonzero(x[2] > bottom * (1 + 1e-12))[0]).size:
