@@ -1175,16 +1175,17 @@ def test_what_is_plotted_is_seen_whole(scattered):
 
     from skfem_dual.visuals.axes import marks_on
 
-    ax = Figure().add_subplot()
+    ax, box = Figure().add_subplot(), (np.array([0.0, 0.0]), np.array([1.0, 0.45]))
     if scattered:
         ax.scatter([0.5, np.nan], [0.25, 0.0])
         ax.tricontour([0.0, 1, 0], [0.0, 0, 1], [0.0, 1, 2])
-        assert marks_on(ax, 0.1).tolist() == [[0.5], [0.25]]
+        assert marks_on(ax, *box, 0.1).tolist() == [[0.5], [0.25]]
         return
-    ax.plot([0.0, 1.0], [0.0, 0.5])
+    ax.plot([-1e5, 1e5, np.nan, 2.0, 2.0], [-5e4, 5e4, np.nan, 0.0, 1.0])
     ax.plot([3.0], [3.0], "o", linestyle="none")
-    x, y = marks_on(ax, 0.1)
+    x, y = marks_on(ax, *box, 0.1)
     assert (x[-1], y[-1]) == (3.0, 3.0)
+    assert 8 < len(x) < 15
     assert y[:-1] == pytest.approx(x[:-1] / 2)
     assert np.hypot(np.diff(x[:-1]), np.diff(y[:-1])).max() < 0.1 + 1e-9
 

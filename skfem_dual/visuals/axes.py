@@ -10,7 +10,7 @@ from numpy import ndarray
 from ..contact.region import ContactRegion
 from ..messages import shown
 from .field import Field
-from .isolines import samples
+from .isolines import samples, within
 from .levels import roundest
 from .style import MISSING, OUTLINE
 
@@ -124,15 +124,17 @@ def draw_segments(
     ax.autoscale_view()
 
 
-def marks_on(ax: Axes, step: float) -> ndarray:
-    """Points of what has been plotted, (2, k): along lines not farther apart than a step."""
+def marks_on(ax: Axes, low: ndarray, high: ndarray, step: float) -> ndarray:
+    """Points of what has been plotted within a box, (2, k): along lines not farther apart than a
+    step."""
     from matplotlib.collections import PathCollection
 
     marks = [np.empty((2, 0))]
     for line in ax.lines:
         p = np.array(line.get_xydata(), dtype=float).T
         drawn = line.get_linestyle() not in ("None", " ", "") and p.shape[1] > 1
-        marks.append(samples(np.stack([p[:, :-1], p[:, 1:]], axis=-1), step) if drawn else p)
+        segments = within(np.stack([p[:, :-1], p[:, 1:]], axis=-1), low, high)
+        marks.append(samples(segments, step) if drawn else p)
     for scatter in ax.findobj(PathCollection, include_self=False):
         marks.append(np.ma.filled(scatter.get_offsets(), np.nan).reshape(-1, 2).T)
     found = np.hstack(marks)

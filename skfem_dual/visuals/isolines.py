@@ -104,6 +104,20 @@ def _longest(segments: ndarray, lines: ndarray) -> tuple[ndarray, float]:
     return segments[:, lines == length.argmax()], float(length.max())
 
 
+def within(segments: ndarray, low: ndarray, high: ndarray) -> ndarray:
+    """The parts of segments, (2, n, 2), inside a box; those with ends that are no numbers are
+    left out."""
+    a, b = segments[..., 0], segments[..., 1]
+    way = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, last = ((corner[:, None] - a) / way for corner in (low, high))
+    enter = np.fmin(first, last).max(axis=0).clip(0.0, 1.0)  # along an axis nothing or inf
+    leave = np.fmax(first, last).min(axis=0).clip(0.0, 1.0)
+    inside = enter < leave  # false of what is no number
+    a, way = a[:, inside], way[:, inside]
+    return np.stack([a + enter[inside] * way, a + leave[inside] * way], axis=-1)
+
+
 def samples(segments: ndarray, step: float) -> ndarray:
     """Points along segments, shape (2, n, 2), not farther apart than a step."""
     a, b = segments[..., 0], segments[..., 1]

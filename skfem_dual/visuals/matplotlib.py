@@ -261,7 +261,8 @@ def isobars(
     exponent = common_exponent(chosen)
     texts = short_numbers(chosen, exponent)
     ax = prepared(ax, field.p)
-    marks = marks_on(ax, float(np.ptp(field.p, axis=1).max()) / FINE)
+    low, high = field.p.min(axis=1), field.p.max(axis=1)
+    marks = marks_on(ax, low, high, float((high - low).max()) / FINE)
     triangles = triangulation(pressed)
     # matplotlib fills between at least two levels: the ends of the range are levels too
     filled = np.concatenate([[pressed.values.min()], chosen, [pressed.values.max()]])
