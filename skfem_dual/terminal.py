@@ -40,7 +40,8 @@ class _Once(argparse.Action):
         first = getattr(found, self.dest)
         if self.option_strings and first is not self.default:
             shown = one_line(f"{first} and {value}", 80)
-            raise argparse.ArgumentError(self, f"expected once, got {shown}. Remedy: one of them")
+            remedy = "all behind one" if self.nargs in ("+", "*") else "one of them"
+            raise argparse.ArgumentError(self, f"expected once, got {shown}. Remedy: {remedy}")
         setattr(found, self.dest, value)
 
 

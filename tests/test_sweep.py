@@ -50,7 +50,7 @@ from skfem_dual.errors import warn
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.sweeps import workers
 from skfem_dual.sweeps.records import fingerprint, pickled, restored
-from skfem_dual.sweeps.run import SweepResult, sweep
+from skfem_dual.sweeps.run import SweepResult, _called, sweep
 
 module = sys.modules["skfem_dual.sweeps.run"]
 LOADS = [dict(force=1.0, at=(e, 0.0)) for e in np.linspace(0, 0.4, 12)]
@@ -1062,3 +1062,20 @@ def test_classes_of_a_script_are_its_own_when_resumed(tmp_path):
             [sys.executable, script.name], cwd=tmp_path, capture_output=True, text=True, check=True
         )
         assert ended.stdout == f"{[resumed] * 2} [False, True]\n"
+
+
+def test_keys_of_what_has_none(tmp_path):
+    """Fields of tables in another order, and objects called by what holds a lock."""
+    table = np.array([(1.0, 2.0, 3.0)], dtype=[("E", float), ("nu", float), ("t", float)])
+    rows = table[["nu", "E"]]
+    assert fingerprint(rows) != fingerprint(table[["E", "nu"]])
+    lock = threading.Lock()
+
+    class Locked:
+        def __call__(self, row):
+            with lock:
+                return float(row["nu"])
+
+    found = sweep(Locked(), list(rows), ThreadPoolExecutor(1))
+    assert found.results == [2.0]
+    assert _called(Locked()) == b"" != _called(Model(1))

@@ -184,8 +184,7 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
     if value is None or type(value) in (bool, int, float, complex, str, bytes):
         return [repr(value).encode()]
     if type(value) is np.ndarray and not value.dtype.hasobject:
-        kind = value.dtype.descr if value.dtype.names else value.dtype.str
-        return [repr((kind, value.shape)).encode(), value.tobytes()]
+        return [repr((_kind(value.dtype), value.shape)).encode(), value.tobytes()]
     if type(value) in (dict, types.MappingProxyType):
         return sorted(of(key) + of(item) for key, item in value.items())
     if type(value) in (set, frozenset):
@@ -226,6 +225,14 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         arguments = set(value)
     made = function, arguments, list(items or ()), dict(pairs or ())
     return map(of, (*made, _content(value, state)))
+
+
+def _kind(dtype: np.dtype) -> Any:
+    """What an element of an array is: names, kinds and places of its fields, if it has such."""
+    if dtype.names is None:
+        return dtype.str if dtype.subdtype is None else (_kind(dtype.base), dtype.shape)
+    fields: Any = dtype.fields
+    return [(name, _kind(fields[name][0]), fields[name][1]) for name in dtype.names]
 
 
 def _content(value: Any, state: Any) -> Any:

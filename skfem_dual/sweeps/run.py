@@ -302,16 +302,27 @@ def sweep(
 
 def _token(problem: Problem, needed: bool) -> bytes:
     """What tells a problem from others: its content, or if that is not ``needed`` just a name."""
-    # of an object, or of a class whose objects are the results, the code that is called too
-    name = "__init__" if isinstance(problem, type) else "__call__"
-    called = getattr(problem if isinstance(problem, type) else type(problem), name)
-    whole = (problem, called) if isinstance(called, FunctionType) else problem
     try:
-        return fingerprint(whole)
+        return fingerprint((problem, _called(problem)))
     except Exception:
         if needed:
             raise
         return uuid.uuid4().bytes  # good for threads, which do not pickle the problem
+
+
+def _called(problem: Problem) -> bytes:
+    """What tells the code that an object is called by, or a class makes its objects with; nothing
+    of compiled code, or of such that holds something without content."""
+    whole, name = (
+        (problem, "__init__") if isinstance(problem, type) else (type(problem), "__call__")
+    )
+    code = getattr(whole, name)
+    if not isinstance(code, FunctionType):
+        return b""
+    try:
+        return fingerprint(code)
+    except Exception:  # noqa: BLE001 - whatever reading or pickling raises
+        return b""
 
 
 def _require_arguments(problem: object, file: object, on_result: object) -> None:
