@@ -23,7 +23,6 @@ from skfem_dual import (
     RigidPunches,
     load_path,
 )
-from skfem_dual.bodies import group
 from skfem_dual.contact import loaded_cells
 from skfem_dual.grids import generate
 from skfem_dual.operators import resources
@@ -840,7 +839,9 @@ def test_a_spring_that_is_nothing_beside_the_ground_is_a_hinge():
 def test_many_that_lift_off_have_positions_by_work(monkeypatch):
     """Each by itself: 91 cells far from all others are nearer to the disc alone."""
     alone, load = punch(generate.disc(n=90)).solve(1.0, at=(0.0, 0.7)), {"force": 1.0}
-    monkeypatch.setattr(group, "has_many", lambda cells, contact: not contact.touching.all())
+    monkeypatch.setattr(
+        RigidPunches, "amid_many", lambda self, contact: not contact.touching.all()
+    )
     far = [generate.disc(n=90).translated((1e4 * i, 0.0)) for i in range(2)]
     pair = RigidPunches([punch(mesh, origin=(1e4 * i, 0.0)) for i, mesh in enumerate(far)])
     found = pair.solve([load | {"at": (0.0, 0.7)}] * 2)
@@ -861,3 +862,29 @@ def test_many_that_lift_off_have_positions_by_work(monkeypatch):
     for s, t in zip(held, found, strict=True):
         assert (s.settlement, *s.tilt) == pytest.approx((t.settlement, *t.tilt), abs=1e-9)
         assert s.resultant == pytest.approx(t.resultant, abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-9, 1e9])
+def test_frames_are_judged_by_themselves(size):
+    """However soft they are beside the ground."""
+    turned, negative = np.eye(6), np.eye(6)
+    turned[0, 3], turned[3, 0] = -1.0, 1.0
+    negative[[0, 3], [3, 0]] = 2.0
+    with pytest.raises(ValueError, match="expected a symmetric stiffness"):
+        framed(size * turned)
+    with pytest.raises(ValueError, match="negative energy: -1"):
+        framed(size * negative)
+
+
+def test_joined_punches_among_many_have_positions_by_collocation(monkeypatch):
+    """The others do not."""
+    monkeypatch.setattr(
+        RigidPunches, "amid_many", lambda self, contact: not contact.touching.all()
+    )
+    mesh = generate.rectangle(1.0, 1.0, n=40)
+    feet = [punch(mesh.translated((x, 0.0)), origin=(x, 0.0)) for x in (0.0, 1.0, 5.0)]
+    loads = [{"force": 1.0, "at": (0.9, 0.0)}, {"force": 1.0, "at": (0.4, 0.0)}]
+    found = RigidPunches(feet, joined=[(0, 1)]).solve(loads)
+    assert found.success
+    assert found[1].settlement == found[1].collocated_settlement
+    assert found[2].settlement != found[2].collocated_settlement

@@ -9,7 +9,7 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
-from ..contact.by_work import added_by_work, amid_others, has_many
+from ..contact.by_work import added_by_work, amid_others
 from ..contact.load import Constraints, Load, Share, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
@@ -410,23 +410,25 @@ class RigidPunches(RigidBodies):
         return tuple(n for n, (i, *more) in enumerate(self.bodies) if flat[i] and not more)
 
     def amid_many(self, contact: Contact) -> bool:
-        """Whether each of the bodies, all flat punches, has its position by itself, see
-        `positions_amid`."""
-        free = self.stiffness is None and len(self.bodies) == len(self.members)
-        free = free and not any(contact.lines)
-        flat = all(p.gap is None and p.weights is not None for p in self.members)
-        return free and flat and has_many(len(self.cells), contact)
+        """Whether work finds positions body by body, see `positions_amid`: where flat punches lift
+        off and no matrix is there, nor a frame."""
+        known = isinstance(self.system.matrix, (np.ndarray, SymmetricMatrix))
+        if known or self.stiffness is not None or contact.touching.all() or any(contact.lines):
+            return False
+        return all(p.gap is None and p.weights is not None for p in self.members)
 
     def positions_amid(self, contact: Contact, position: ndarray) -> ndarray:
-        """Those of the bodies, (2, m), from those by collocation, see `amid_others`."""
+        """Those of the bodies, (2, m), from those by collocation, see `amid_others`; of joined
+        punches these."""
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
-        x = np.hstack([punch.work.sectors.x for punch in self.members])
-        cells = self.cells if contact.flat is None else self.cells.flattened(contact.flat)
-        if self._rtol > 0:
-            settled = cells.fast_operator(x, self._rtol) @ contact.pressure
-        else:
-            settled = cells.settlements(x, contact.pressure)
-        return amid_others(self.members, parts, position, settled)
+        settled = self.work.settled_by(self._at_sectors, contact)
+        alone = {body[0]: n for n, body in enumerate(self.bodies) if len(body) == 1}
+        return amid_others(self.members, parts, position, settled, alone)
+
+    @computed_once
+    def _at_sectors(self) -> InfluenceOperator:
+        """From the cells, which all have slopes, to the sectors where work looks."""
+        return self.cells.fast_operator(self.work.sectors.x, self._rtol)
 
     def added(self, contact: Contact, position: ndarray) -> ndarray:
         """What work adds to positions of flat bodies among shaped ones or many others, (m,)."""

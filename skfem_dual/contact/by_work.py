@@ -1,6 +1,6 @@
 """Who has a position by the work of pressures: a punch alone, or beside others."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -81,14 +81,12 @@ class Alone:
         return None if found is None else moved(found, punch.origin - punch.centre)
 
 
-def has_many(cells: int, contact: Contact) -> bool:
-    """Whether flat punches lift off on more cells than have a matrix: work finds the position of
-    each by itself then, see `amid_others`."""
-    return cells > DENSE and not contact.touching.all()
-
-
 def amid_others(
-    punches: Sequence[Any], contacts: Sequence[Contact], position: ndarray, settled: ndarray
+    punches: Sequence[Any],
+    contacts: Sequence[Contact],
+    position: ndarray,
+    settled: ndarray,
+    bodies: Mapping[int, int],
 ) -> ndarray:
     """Positions of flat punches, each by the work that unit forces on it alone do on the
     settlement by all pressures.
@@ -98,9 +96,11 @@ def amid_others(
     punches, contacts : sequence of RigidPunch and of Contact
         And what was found under each.
     position : (3 m,) array of float
-        By collocation, kept where work tells nothing.
+        Of the bodies by collocation, kept where work tells nothing.
     settled : (nsectors,) array of float
         Settlement of the sectors of all, one after the other, under the pressures of all.
+    bodies : mapping of int to int
+        From the numbers of punches that are one to that of their body.
 
     Returns
     -------
@@ -109,11 +109,12 @@ def amid_others(
     """
     found, begin = np.array([position, position]), 0
     for i, (punch, contact) in enumerate(zip(punches, contacts, strict=True)):
-        work, own = punch.work, slice(3 * i, 3 * i + 3)
+        work = punch.work
         here = slice(begin, begin + len(work.sectors.cell))
         begin = here.stop
-        if len(punch.footprint) > DENSE or not punch.works(contact):
+        if i not in bodies or len(punch.footprint) > DENSE or not punch.works(contact):
             continue
+        own = slice(3 * bodies[i], 3 * bodies[i] + 3)
         added = work.added(contact, position[own], settled[here])
         if added is not None:
             found[:, own] += added

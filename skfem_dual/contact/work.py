@@ -296,6 +296,15 @@ class Work:
             settled = settled - self._sloping.apply(np.moveaxis(lost, 0, -1)).T
         return settled
 
+    def settled_by(self, operator: InfluenceOperator, contact: Contact) -> ndarray:
+        """Settlement of the sectors under the pressures found, (nsectors,), by an operator from
+        cells that all have slopes."""
+        settled = operator @ contact.pressure
+        if contact.flat is not None and self._sloping is not None:
+            lost = np.where(contact.flat, self.cells.slopes_of(contact.pressure), 0.0)
+            settled = settled - self._sloping.apply(lost[..., None])[:, 0]
+        return settled
+
     def _with_slopes(self, pressures: ndarray, full: bool) -> ndarray:
         """The same with slopes in all cells; those of full contact are asked for once, which is
         not worth the rows."""

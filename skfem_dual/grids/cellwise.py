@@ -25,7 +25,7 @@ from ..arguments import (
     checked_mask,
     checked_points,
 )
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import computed_once
 from ..messages import shown
 from .dual_mesh import DualMesh
 from .mappings import own_mapping
@@ -35,7 +35,7 @@ from .partition import Partition
 HIGHEST, MOST_ON_FACETS = 19, 100
 
 
-class CellwiseBasis(ReadOnly, CellBasis):
+class CellwiseBasis(CellBasis):
     """Piecewise constants on dual cells or on triangles over the common refinement.
 
     The DOF of a triangle of the refinement is the number of its cell, so everything scikit-fem

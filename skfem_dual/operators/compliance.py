@@ -263,16 +263,19 @@ def generalised_inverse(stiffness: ndarray, beside: ndarray) -> tuple[SmallCompl
     """
     n = len(stiffness)
     some, loose = (np.nonzero(stiffness.any(axis=1) == stiff)[0] for stiff in (True, False))
-    unit = 1 / np.sqrt(np.maximum(stiffness.diagonal(), beside)[some])
+    d = stiffness.diagonal()
+    # signs are those of the structure by itself, but for what is nothing in it
+    unit = 1 / np.sqrt(np.maximum(d, SMALL * (d / beside).max(initial=0.0) * beside)[some])
     scaled = unit[:, None] * stiffness[np.ix_(some, some)] * unit
     off = np.abs(scaled - scaled.T)
     if off.max(initial=0.0) > ASYMMETRY:
         raise _asymmetric(stiffness, *some[list(np.unravel_index(off.argmax(), off.shape))])
     values, vectors = np.linalg.eigh((scaled + scaled.T) / 2)
-    top = max(np.abs(values).max(initial=0.0), 1.0)
-    if len(values) and values[0] < -NULL * top:
+    if len(values) and values[0] < -NULL * np.abs(values).max():
         raise _negative(values[0], some[np.abs(vectors[:, 0]).argmax()])
-    none = values <= SMALL * top
+    unit = 1 / np.sqrt(np.maximum(d, beside)[some])
+    values, vectors = np.linalg.eigh(unit[:, None] * stiffness[np.ix_(some, some)] * unit)
+    none = values <= SMALL * max(np.abs(values).max(initial=0.0), 1.0)
     rows = unit[:, None] * vectors
     motions = np.zeros((n, np.count_nonzero(none) + len(loose)))
     motions[some, : motions.shape[1] - len(loose)] = rows[:, none]
