@@ -153,6 +153,7 @@ LAYERS = [
         "operators.dense_solver",
         "operators.guided",
         "operators.compliance",
+        "operators.small_compliance",
         "operators.yielding",
         "operators.representations",
         "operators.symmetry",

@@ -209,3 +209,10 @@ def test_boundaries_fill_a_mapping_of_their_own():
     basis = DualMesh.from_mesh(MeshTri.init_circle(2)).basis()
     assert basis.boundary().mapping is not basis.mapping
     assert not basis.mapping.__dict__.get("_B")
+
+
+def test_states_do_not_grow_while_they_are_pickled(dual):
+    basis = dual.basis()
+    state = basis.__getstate__()
+    _ = basis.dofs
+    assert len(state) < len(basis.__getstate__())

@@ -1168,26 +1168,36 @@ def test_forked_processes_draw_while_others_do():
         other.result()
 
 
-@pytest.mark.parametrize("scattered", [False, True])
-def test_what_is_plotted_is_seen_whole(scattered):
-    """Lines between their points too, and those of a scatter."""
+def marks_in_a_box(draw):
     from matplotlib.figure import Figure
 
     from skfem_dual.visuals.axes import marks_on
 
-    ax, box = Figure().add_subplot(), (np.array([0.0, 0.0]), np.array([1.0, 0.45]))
-    if scattered:
-        ax.scatter([0.5, np.nan], [0.25, 0.0])
-        ax.tricontour([0.0, 1, 0], [0.0, 0, 1], [0.0, 1, 2])
-        assert marks_on(ax, *box, 0.1).tolist() == [[0.5], [0.25]]
-        return
-    ax.plot([-1e5, 1e5, np.nan, 2.0, 2.0], [-5e4, 5e4, np.nan, 0.0, 1.0])
-    ax.plot([3.0], [3.0], "o", linestyle="none")
-    x, y = marks_on(ax, *box, 0.1)
+    ax = Figure().add_subplot()
+    draw(ax)
+    return marks_on(ax, np.array([0.0, 0.0]), np.array([1.0, 0.45]), 0.1)
+
+
+def test_lines_on_axes_are_seen_between_their_points():
+    """Where they are on the plan, however far they go on."""
+
+    def draw(ax):
+        ax.plot([-1e5, 1e5, np.nan, 2.0, 2.0], [-5e4, 5e4, np.nan, 0.0, 1.0])
+        ax.plot([3.0], [3.0], "o", linestyle="none")
+
+    x, y = marks_in_a_box(draw)
     assert (x[-1], y[-1]) == (3.0, 3.0)
     assert 8 < len(x) < 15
     assert y[:-1] == pytest.approx(x[:-1] / 2)
     assert np.hypot(np.diff(x[:-1]), np.diff(y[:-1])).max() < 0.1 + 1e-9
+
+
+def test_scatters_on_axes_are_seen():
+    def draw(ax):
+        ax.scatter([0.5, np.nan], [0.25, 0.0])
+        ax.tricontour([0.0, 1, 0], [0.0, 0, 1], [0.0, 1, 2])
+
+    assert marks_in_a_box(draw).tolist() == [[0.5], [0.25]]
 
 
 def test_legends_fit_their_figures():

@@ -23,7 +23,7 @@ from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..grids.polygons import some
 from ..kernels.once import computed_once
-from ..operators.compliance import SmallCompliance, generalised_inverse
+from ..operators.small_compliance import SmallCompliance, generalised_inverse
 from ..operators.yielding import YieldingOperator
 
 #: parts of products that are rounding

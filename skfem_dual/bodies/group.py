@@ -9,7 +9,7 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
-from ..contact.by_work import added_by_work, amid_others
+from ..contact.by_work import added_amid_others, added_by_work
 from ..contact.load import Constraints, Load, Share, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
@@ -410,20 +410,20 @@ class RigidPunches(RigidBodies):
         return tuple(n for n, (i, *more) in enumerate(self.bodies) if flat[i] and not more)
 
     def amid_many(self, contact: Contact) -> bool:
-        """Whether work finds positions body by body, see `positions_amid`: where flat punches lift
+        """Whether work finds positions body by body, see `added_amid`: where flat punches lift
         off and no matrix is there, nor a frame."""
         known = isinstance(self.system.matrix, (np.ndarray, SymmetricMatrix))
         if known or self.stiffness is not None or contact.touching.all() or any(contact.lines):
             return False
         return all(p.gap is None and p.weights is not None for p in self.members)
 
-    def positions_amid(self, contact: Contact, position: ndarray) -> ndarray:
-        """Those of the bodies, (2, m), from those by collocation, see `amid_others`; of joined
-        punches these."""
+    def added_amid(self, contact: Contact, position: ndarray) -> ndarray:
+        """What work adds to positions by collocation, (2, m), see `added_amid_others`; nothing to
+        those of joined punches."""
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
         settled = self.work.settled_by(self._at_sectors, contact)
         alone = {body[0]: n for n, body in enumerate(self.bodies) if len(body) == 1}
-        return amid_others(self.members, parts, position, settled, alone)
+        return added_amid_others(self.members, parts, position, settled, alone)
 
     @computed_once
     def _at_sectors(self) -> InfluenceOperator:
@@ -433,7 +433,7 @@ class RigidPunches(RigidBodies):
     def added(self, contact: Contact, position: ndarray) -> ndarray:
         """What work adds to positions of flat bodies among shaped ones or many others, (m,)."""
         if self.amid_many(contact):
-            return self.positions_amid(contact, position)[0] - position
+            return self.added_amid(contact, position)[0]
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
         some = [(self.bodies[n][0], slice(3 * n, 3 * n + 3)) for n in self.beside_shaped]
         return added_by_work(self.members, parts, position, some)

@@ -81,22 +81,27 @@ class Alone:
         return None if found is None else moved(found, punch.origin - punch.centre)
 
 
-def amid_others(
+def _tells(punch: Any, contact: Contact) -> bool:
+    """Whether work does of a punch beside others."""
+    return len(punch.footprint) <= DENSE and punch.works(contact)
+
+
+def added_amid_others(
     punches: Sequence[Any],
     contacts: Sequence[Contact],
     position: ndarray,
     settled: ndarray,
     bodies: Mapping[int, int],
 ) -> ndarray:
-    """Positions of flat punches, each by the work that unit forces on it alone do on the
-    settlement by all pressures.
+    """What the work of unit forces on each punch alone, on the settlement by all pressures, adds
+    to positions.
 
     Parameters
     ----------
     punches, contacts : sequence of RigidPunch and of Contact
         And what was found under each.
     position : (3 m,) array of float
-        Of the bodies by collocation, kept where work tells nothing.
+        Of the bodies by collocation.
     settled : (nsectors,) array of float
         Settlement of the sectors of all, one after the other, under the pressures of all.
     bodies : mapping of int to int
@@ -105,20 +110,18 @@ def amid_others(
     Returns
     -------
     (2, 3 m) array of float
-        As of `Work.positions`.
+        As of `Work.added`; zero where work tells nothing.
     """
-    found, begin = np.array([position, position]), 0
+    added, begin = np.zeros((2, len(position))), 0
     for i, (punch, contact) in enumerate(zip(punches, contacts, strict=True)):
         work = punch.work
         here = slice(begin, begin + len(work.sectors.cell))
         begin = here.stop
-        if i not in bodies or len(punch.footprint) > DENSE or not punch.works(contact):
-            continue
-        own = slice(3 * bodies[i], 3 * bodies[i] + 3)
-        added = work.added(contact, position[own], settled[here])
-        if added is not None:
-            found[:, own] += added
-    return found
+        if i in bodies and _tells(punch, contact):
+            own = slice(3 * bodies[i], 3 * bodies[i] + 3)
+            more = work.added(contact, position[own], settled[here])
+            added[:, own] = 0.0 if more is None else more
+    return added
 
 
 def added_by_work(
@@ -140,7 +143,7 @@ def _added(
     punch: Any, contact: Contact, position: ndarray, others: Sequence[Pressed]
 ) -> ndarray | None:
     """The same of one punch; two rows as of `Work.positions`, None where it tells nothing."""
-    if len(punch.footprint) > DENSE or not punch.works(contact):
+    if not _tells(punch, contact):
         return None
     bodies = Pressed.of(punch, contact), *others
     pressures = [(body.cells, body.pressure) for body in bodies]
@@ -210,10 +213,7 @@ class Beside:
         if added is None:
             return None
         ahead = self.punch.origin - self.punch.centre
-        imposed = self.load.constraints(ahead)
-        free = (self.position + added - imposed.fixed).T
-        free = imposed.motions @ np.linalg.lstsq(imposed.motions, free)[0]
-        return moved(imposed.fixed + free.T, ahead)
+        return moved(self.load.constraints(ahead).keeping(self.position + added), ahead)
 
 
 @dataclass(frozen=True, eq=False)

@@ -220,6 +220,11 @@ class Constraints:
             np.concatenate([part.given for part in parts]),
         )
 
+    def keeping(self, positions: ndarray) -> ndarray:
+        """The nearest to some positions, (k, m), that keep what is imposed."""
+        free = np.linalg.lstsq(self.motions, (positions - self.fixed).T)[0]
+        return self.fixed + (self.motions @ free).T
+
     @property
     def of_forces(self) -> bool:
         """Whether forces are imposed on all components of the position, and nothing else."""

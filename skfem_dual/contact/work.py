@@ -23,10 +23,10 @@ from ..elements.edge_weights import EdgeWeights
 from ..elements.slope_correction import SlopeCorrection
 from ..elements.slopes import Slopes
 from ..kernels.once import computed_once
-from ..operators.compliance import generalised_inverse
 from ..operators.entries import Entries
 from ..operators.factors import Factors, submatrix
 from ..operators.influence_operator import COARSEST, InfluenceOperator
+from ..operators.small_compliance import generalised_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .along_lines import has_law, on_each, regions_of
 from .line_work import Compliances, Points, Position

@@ -32,8 +32,7 @@ NULL = 1e-9
 NOISE, EPS = 16, float(np.finfo(float).eps)
 #: shapes on which the stiffness does less work, over that of its entries, are rigid motions
 RIGID = 1e-8
-#: and up to so many times the largest of a small matrix without places, as of a frame, which is
-#: decomposed to rounding
+#: and up to so many times the largest of a matrix that is decomposed to rounding
 SMALL = 1e-12
 #: shapes are motions that the factors found, if so much of them is in their span
 SAME = 0.999
@@ -84,7 +83,7 @@ class Compliance:
         off = diags(scale) @ (K - K.T) @ diags(scale)
         if off.nnz and np.abs(off.data).max() > ASYMMETRY:
             i, j = (int(k[np.abs(off.data).argmax()]) for k in off.nonzero())
-            raise _asymmetric(K, i, j)
+            raise asymmetric(K, i, j)
         self._inverse  # noqa: B018 - a stiffness that is not positive is refused now
 
     @computed_once
@@ -229,70 +228,16 @@ class Structures:
         return np.concatenate(moved) if moved else np.zeros(loads.shape)
 
 
-@dataclass(frozen=True, eq=False)
-class SmallCompliance:
-    """Displacements of a structure of few DOFs, as a frame.
-
-    Attributes
-    ----------
-    matrix : (N, N) array of float
-        A generalised inverse of its stiffness.
-    """
-
-    matrix: ndarray
-
-    def displacements(self, loads: ndarray) -> ndarray:
-        """Displacements under loads of shape (N,) or (N, k), as of `Compliance`."""
-        return self.matrix @ loads
-
-
-def generalised_inverse(stiffness: ndarray, beside: ndarray) -> tuple[SmallCompliance, ndarray]:
-    """Generalised inverse of a small stiffness, and the motions that it does not resist.
-
-    Parameters
-    ----------
-    stiffness : (N, N) array of float
-    beside : (N,) array of float
-        About how stiff something else is against the same displacements: what is nothing beside
-        it, as of a hinge that rounding has turned a little, is none.
-
-    Raises
-    ------
-    ValueError
-        If it is not symmetric and positive semidefinite.
-    """
-    n = len(stiffness)
-    some, loose = (np.nonzero(stiffness.any(axis=1) == stiff)[0] for stiff in (True, False))
-    d = stiffness.diagonal()
-    # signs are those of the structure by itself, but for what is nothing in it
-    unit = 1 / np.sqrt(np.maximum(d, SMALL * (d / beside).max(initial=0.0) * beside)[some])
-    scaled = unit[:, None] * stiffness[np.ix_(some, some)] * unit
-    off = np.abs(scaled - scaled.T)
-    if off.max(initial=0.0) > ASYMMETRY:
-        raise _asymmetric(stiffness, *some[list(np.unravel_index(off.argmax(), off.shape))])
-    values, vectors = np.linalg.eigh((scaled + scaled.T) / 2)
-    if len(values) and values[0] < -NULL * np.abs(values).max():
-        raise _negative(values[0], some[np.abs(vectors[:, 0]).argmax()])
-    unit = 1 / np.sqrt(np.maximum(d, beside)[some])
-    values, vectors = np.linalg.eigh(unit[:, None] * stiffness[np.ix_(some, some)] * unit)
-    none = values <= SMALL * max(np.abs(values).max(initial=0.0), 1.0)
-    rows = unit[:, None] * vectors
-    motions = np.zeros((n, np.count_nonzero(none) + len(loose)))
-    motions[some, : motions.shape[1] - len(loose)] = rows[:, none]
-    motions[loose, motions.shape[1] - len(loose) :] = np.eye(len(loose))
-    matrix = np.zeros((n, n))
-    matrix[np.ix_(some, some)] = rows[:, ~none] / values[~none] @ rows[:, ~none].T
-    return SmallCompliance(matrix), motions / np.abs(motions).max(axis=0, initial=0.0)
-
-
-def _asymmetric(K: Any, i: int, j: int) -> ValueError:
+def asymmetric(K: Any, i: int, j: int) -> ValueError:
+    """What is wrong with a stiffness that differs from its transpose there."""
     return ValueError(
         f"expected a symmetric stiffness, got K[{i}, {j}] = {K[i, j]:g} and "
         f"K[{j}, {i}] = {K[j, i]:g}"
     )
 
 
-def _negative(value: float, dof: int) -> ValueError:
+def negative(value: float, dof: int) -> ValueError:
+    """What is wrong with one that has an eigenvalue below zero, over the largest."""
     return ValueError(
         "expected a positive semidefinite stiffness, got one with negative energy: "
         f"{value:.2e} of the largest, near DOF {dof}. "
@@ -352,7 +297,7 @@ class _Split:
         values, vectors = np.linalg.eigh((schur + schur.T) / 2)
         top = np.abs(values).max(initial=0.0)
         if len(values) and values[0] < -NULL * max(top, 1.0):
-            raise _negative(values[0], few[np.abs(vectors[:, 0]).argmax()])
+            raise negative(values[0], few[np.abs(vectors[:, 0]).argmax()])
         zero = values <= NULL * top
         null = np.empty((n, np.count_nonzero(zero)))
         null[few] = vectors[:, zero]

@@ -8,11 +8,12 @@ from numpy import ndarray
 from scipy.sparse import csr_matrix
 
 from ..kernels.once import computed_once
-from .compliance import BalancedCompliance, Compliance, SmallCompliance, Structures
+from .compliance import BalancedCompliance, Compliance, Structures
 from .factors import Factors
 from .flattened import FlattenedOperator
 from .influence_operator import InfluenceOperator
 from .preconditioner import approximate_inverse
+from .small_compliance import SmallCompliance
 
 #: columns of the structure's part of a dense matrix that are solved for together
 TOGETHER = 64

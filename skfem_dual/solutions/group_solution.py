@@ -144,11 +144,8 @@ class GroupAnswer(ReadOnly):
     def positions(self) -> ndarray | None:
         """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies)."""
         if self.group.amid_many(self.contact):
-            imposed = self.group.imposed(self.loads)
-            free = self.group.positions_amid(self.contact, self.position) - imposed.fixed
-            return (
-                imposed.fixed + (imposed.motions @ np.linalg.lstsq(imposed.motions, free.T)[0]).T
-            )
+            added = self.group.added_amid(self.contact, self.position)
+            return self.group.imposed(self.loads).keeping(self.position + added)
         if not self.group.works(self.contact):
             return None
         return self.group.work.positions(self.group.imposed(self.loads), self.contact)

@@ -10,7 +10,7 @@ from numpy import ndarray
 from ..contact.region import ContactRegion
 from ..messages import shown
 from .field import Field
-from .isolines import samples, within
+from .isolines import NO_MARKS, samples, within
 from .levels import roundest
 from .style import MISSING, OUTLINE
 
@@ -129,7 +129,7 @@ def marks_on(ax: Axes, low: ndarray, high: ndarray, step: float) -> ndarray:
     step."""
     from matplotlib.collections import PathCollection
 
-    marks = [np.empty((2, 0))]
+    marks = [NO_MARKS]
     for line in ax.lines:
         p = np.array(line.get_xydata(), dtype=float).T
         drawn = line.get_linestyle() not in ("None", " ", "") and p.shape[1] > 1
@@ -143,10 +143,8 @@ def marks_on(ax: Axes, low: ndarray, high: ndarray, step: float) -> ndarray:
 
 def data_per_point(ax: Axes) -> float:
     """How much of the coordinates a point of type is, in the axes as they are laid out now."""
-    figure = ax.figure
-    while figure.figure is not None and figure.figure is not figure:  # a part of another
-        figure = figure.figure
-    if layout := figure.get_layout_engine():
+    figure = ax.get_figure(root=True)  # of which it may be in a part
+    if figure and (layout := figure.get_layout_engine()):
         layout.execute(figure)
     ax.apply_aspect()
     pixels = ax.transData.transform([[0.0, 0.0], [1.0, 0.0]])
