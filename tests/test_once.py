@@ -72,16 +72,11 @@ def test_computed_once_by_many_threads():
 def test_pickles_while_others_compute():
     """What they add to an object is not missed while it is gone through."""
 
-    class Kept(ReadOnly):
-        @computed_once
-        def area(self):
-            return 4.0
-
-    kept = Kept()
-    state = kept.__getstate__()
-    assert kept.area == 4.0
-    assert state == {}
-    assert kept.__getstate__() == {"area": 4.0}
+    plan = Plan(2.0, [])
+    state = plan.__getstate__()
+    assert plan.half == 2.0
+    assert set(state) == {"size", "counts"}
+    assert plan.__getstate__() == state | {"half": 2.0}
 
 
 def test_threads_wait_for_the_same_property_of_the_same_object_only():

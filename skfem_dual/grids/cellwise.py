@@ -180,10 +180,6 @@ class CellwiseBasis(CellBasis):
         """
         return CellwiseBasis(self.dual, self.grid, quadrature=self.quadrature, elements=elements)
 
-    def __getstate__(self) -> dict[str, Any]:
-        """What is known now: other threads may add to it while that is pickled."""
-        return dict(self.__dict__)
-
     def boundary(
         self,
         facets: Any = None,

@@ -20,11 +20,11 @@ class computed_once(cached_property[_T]):
     """A cached property that is computed once, however many threads ask for it.
 
     `functools.cached_property` computes in every thread that asks at the same time or, before
-    Python 3.12, lets all objects of a class wait for one lock. Here threads wait only for the
-    same property of the same object: as long as no property needs itself, they cannot wait for
-    each other in a circle. The lock is there only while it is needed, so that objects pickle,
-    and may be frozen. An exception is nothing computed: the next to ask tries again. Arrays are
-    read-only, in tuples as they come.
+    Python 3.12, lets all objects of a class wait for one lock. Here threads wait only for the same
+    property of the same object: as long as no property needs itself, they cannot wait for each
+    other in a circle. The lock is there only while it is needed, so that objects pickle, from a
+    copy of what is known, as other threads may add to it, and may be frozen. An exception is
+    nothing computed: the next to ask tries again. Arrays are read-only, in tuples as they come.
 
     Examples
     --------
@@ -39,6 +39,11 @@ class computed_once(cached_property[_T]):
     4.0
     """
 
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        super().__set_name__(owner, name)
+        if owner.__getstate__ is object.__getstate__:
+            owner.__getstate__ = _known  # type: ignore[assignment]
+
     @overload
     def __get__(self, instance: None, owner: type[Any] | None = None) -> "computed_once[_T]": ...
 
@@ -52,15 +57,15 @@ class computed_once(cached_property[_T]):
         return _first(instance, cast(str, self.attrname), self.func)
 
 
+def _known(instance: object) -> dict[str, Any]:
+    return dict(vars(instance))
+
+
 class ReadOnly:
     """Objects whose arrays are read-only in pickles and copies, too.
 
     numpy makes those writable, and what has been computed from them would go stale.
     """
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What is known now: other threads may add to it while that is pickled."""
-        return dict(self.__dict__)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         freeze(state)
@@ -69,7 +74,7 @@ class ReadOnly:
     def __copy__(self) -> Self:
         """With the same arrays, which may be those of others."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__getstate__())
+        other.__dict__.update(cast(dict, self.__getstate__() or {}))
         return other
 
 
