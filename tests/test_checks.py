@@ -280,6 +280,12 @@ def test_hanging_nodes(turn, away):
         DualMesh.from_mesh(hung)
 
 
+@pytest.mark.parametrize("height", [2e-5, 5e-6, 1e-9])
+def test_a_sharp_tip_has_no_hanging_node(height):
+    tip = MeshTri(np.array([[0, 1, 1.1], [0, 0, height]]), np.array([[0], [1], [2]]))
+    assert check_mesh(tip).ok
+
+
 def test_a_ribbon_that_winds_over_itself():
     """One part, one-to-one near every point, whose ends overlap."""
     for turn, ok in ((0.95, True), (1.2, False), (2.2, False)):

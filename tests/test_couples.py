@@ -14,6 +14,8 @@ from skfem_dual.grids import generate
 from skfem_dual.grids.couples import GridCouple, boundary_nodes
 from skfem_dual.grids.duality import check_dual
 from skfem_dual.grids.extremal import maximal_couple, minimal_couple
+from skfem_dual.grids.partition import Partition
+from skfem_dual.grids.planar import containing
 from skfem_dual.grids.polygons import Polygons
 from skfem_dual.grids.quality import MeshQuality
 from skfem_dual.grids.rectangles import rectangular_couple
@@ -119,9 +121,51 @@ def test_a_dual_mesh_is_not_trusted():
     dual = DualMesh.from_mesh(disc(2))
     p = dual.p.copy()
     p[:, 5] = dual.mesh.p[:, dual.mesh.t[0, 5]] * 1.01 - 0.001
-    report = check_dual(replace(dual, partition=with_points(dual.partition, p)))
-    assert not report.ok
-    assert 5 in report.violated[0].offending
+    wrong = violated(replace(dual, partition=with_points(dual.partition, p)))
+    assert 5 in wrong["Definition 1, condition 2", "cell of A"]
+
+
+def beside(one, other):
+    """Two grids as one, which share no points."""
+    points, cells, ribs = one.polygons.p.shape[1], len(one), one.facets.shape[1]
+    return Partition(
+        Polygons.together([one.polygons, other.polygons]),
+        np.hstack([one.facets, other.facets + points]),
+        np.hstack([one.f2c, np.where(other.f2c < 0, -1, other.f2c + cells)]),
+        np.hstack([one.nodes, other.nodes]),
+        np.hstack([one.boundary, np.where(other.boundary < 0, -1, other.boundary + ribs)]),
+    )
+
+
+@pytest.mark.parametrize(("apart", "ok"), [(2.0, True), (1.7, False), (0.5, False)])
+def test_parts_that_overlap(apart, ok):
+    """Each by itself is dual; together they are no partition."""
+    one, two = (rectangular_couple(np.arange(3.0) + x, range(3)) for x in (0.0, apart))
+    (m, n), ribs = (grid.polygons.p.shape[1] for grid in (one.a, one.b)), one.ribs
+    shift = [[one.a.facets.shape[1]], [one.b.facets.shape[1]]]
+    couple = GridCouple(
+        "2-type",
+        beside(one.a, two.a),
+        beside(one.b, two.b),
+        np.append(one.node_in_a, two.node_in_a + n),
+        np.append(one.node_in_b, two.node_in_b + m),
+        np.hstack([ribs, two.ribs + shift]),
+    )
+    x = np.random.default_rng(0).uniform(0, 2 + apart, (2, 300))
+    _, point, depth = containing(couple.a.polygons, x)
+    assert (np.bincount(point[depth > 0]).max() == 1) == ok
+    assert (len(condition(couple, "covered twice by A").offending) == 0) == ok
+    if not ok:
+        assert not check_dual(couple).ok
+
+
+def test_a_cell_that_crosses_itself():
+    couple = rectangular_couple(range(4), range(4), around="all")
+    p = couple.b.polygons.p.copy()
+    p[:, [5, 10]] = [[2.2, 1.6], [-2.0, -2.5]]
+    bow = replace(couple, b=with_points(couple.b, p))
+    assert condition(bow, "cells of B whose sides do not cross").offending.tolist() == [4]
+    assert not check_dual(bow).ok
 
 
 def test_swapped_cell_numbers(couple):

@@ -302,7 +302,14 @@ def test_narrow_gaps_are_met_by_finer_boundaries():
                 [[1e-15, 0.6, 0.45], [1e-15, 0.3, 0.5]],
             )
         ),
-        (lambda: polygon([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]], size=0.1), "repeated corners"),
+        (
+            lambda: polygon([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]], size=0.1),
+            "repeated corners, but those following corners 4 are",
+        ),
+        (
+            lambda: polygon([[0, 1, 1, 1, 0], [0, 0, 0, 1, 1]], size=0.1),
+            "repeated corners, but those following corners 1 are",
+        ),
         (lambda: polygon(EXCISED, [SMALL, 0.5 * SMALL], 0.1), "hole 1 to lie outside hole 0"),
         (lambda: polygon(EXCISED, [SMALL + 5], 0.1), "hole 0 to lie inside the outline"),
         (lambda: polygon(EXCISED, [5 * SMALL], 0.1), "neither cross nor touch"),

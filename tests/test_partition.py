@@ -105,6 +105,43 @@ def test_bad_quadrilaterals(p, t, message):
         Partition.from_mesh(MeshQuad(p, np.array(t, dtype=np.int32)[:, None]))
 
 
+def cut_in_four(grid, cell):
+    """A grid with one of its cells in four, which the cells beside do not follow."""
+    ring = grid.p[:, grid.t[:, cell]]
+    middle, between = ring.mean(axis=1, keepdims=True), (ring + np.roll(ring, -1, axis=1)) / 2
+    n, p = grid.p.shape[1], np.hstack([grid.p, middle, between])
+    around, corner = n + 1 + np.arange(4), grid.t[:, cell]
+    four = np.stack([corner, around, np.full(4, n), np.roll(around, 1)])
+    return MeshQuad(p, np.hstack([np.delete(grid.t, cell, axis=1), four]).astype(np.int32))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_hanging_nodes_of_quadrilaterals(angle):
+    """The rim of the four cells was taken for an edge of the plan."""
+    c, s = np.cos(angle), np.sin(angle)
+    grid = MeshQuad.init_tensor(np.linspace(0, 2, 9), np.linspace(0, 2, 9))
+    cell = int(np.argmin(np.hypot(*(grid.p[:, grid.t].mean(axis=1) - 0.9))))
+    mesh = cut_in_four(grid, cell)
+    mesh = MeshQuad(np.array([[c, -s], [s, c]]) @ mesh.p, mesh.t)
+    n = grid.p.shape[1]
+    with pytest.raises(MeshError, match=f"hanging nodes.*4 nodes.*: {n + 1}, {n + 2}, {n + 3}, "):
+        Partition.from_mesh(mesh)
+    # all cells in four are a grid again
+    assert len(Partition.from_mesh(grid.refined())) == 256
+
+
+def test_quadrilaterals_on_top_of_each_other():
+    grid = MeshQuad.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 5))
+    inner = grid.interior_nodes()
+    other = np.arange(grid.p.shape[1])
+    other[inner] = len(other) + np.arange(len(inner))
+    twice = MeshQuad(np.hstack([grid.p, grid.p[:, inner]]), np.hstack([grid.t, other[grid.t]]))
+    with pytest.raises(MeshError, match="different sides of it; 16 facets"):
+        Partition.from_mesh(twice)
+    with pytest.raises(MeshError, match="different sides of it"):
+        Partition.from_mesh(MeshQuad(QUAD, np.array([[0, 1, 2, 3]] * 2, dtype=np.int32).T))
+
+
 def test_shared_middle_of_a_polar_grid():
     grid = polar(2, 8)
     middle = np.nonzero(np.hypot(*grid.p) < 1e-12)[0]

@@ -124,6 +124,23 @@ def test_means(mesh):
     assert moved.p[:, inner] == pytest.approx(means[:, inner], abs=1e-13)
 
 
+@pytest.mark.parametrize(("n", "radius"), [(600, 3.0), (2000, 1.0)])
+def test_means_at_site_coordinates(n, radius):
+    """As near to them as the coordinates' rounding, which is no fault of the mesh."""
+    mesh, site = generate.disc(n=n, radius=radius), np.array([[5e5], [5.4e6]])
+    here, _ = relocate(mesh)
+    there, report = relocate(MeshTri(mesh.p + site, mesh.t))
+    assert report.success
+    assert there.p - site == pytest.approx(here.p, abs=2e-9)
+    (means,) = (c for c in check_mesh(there).conditions if "means of their" in c.expected)
+    assert len(means.offending) == 0
+    p, node = there.p.copy(), there.interior_nodes()[0]
+    p[:, node] += 1e-7 * radius
+    moved = check_mesh(MeshTri(p, there.t))
+    (means,) = (c for c in moved.conditions if "means of their" in c.expected)
+    assert node in means.offending
+
+
 @pytest.mark.parametrize("banded", [0, relocation.BANDED])
 def test_means_by_banded_and_by_sparse_factors(banded, monkeypatch):
     monkeypatch.setattr(relocation, "BANDED", banded)

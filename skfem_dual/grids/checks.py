@@ -188,7 +188,7 @@ def _surface_conditions(corners: Corners) -> Iterator[Condition]:
     yield Condition(
         "no hanging nodes, which lie on a facet of a triangle beside",
         "node",
-        hanging(p, boundary),
+        hanging(p, boundary, corners.triangle[starts]),
         "cut the triangle there, from the node to the corner opposite, or remove the node; the "
         "two sides of a slit need the same nodes",
     )

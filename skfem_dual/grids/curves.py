@@ -14,6 +14,7 @@ from ..kernels.once import computed_once
 from ..messages import place
 from .outline import distance_to_segments, inside_loops
 from .planar import cross, rounding
+from .polygons import some
 
 #: how far apart nodes should be in points of shape (2, n)
 Width = Callable[[ndarray], ndarray]
@@ -179,8 +180,12 @@ def corners_of(name: str, corners: ArrayLike) -> ndarray:
     v = checked_points(name, corners, least=3)
     checked_number(f"coordinates of {name}", float(np.abs(v).max()), at_most=LARGEST)
     onward = np.roll(v, -1, axis=1)
-    if np.any((v == onward).all(axis=0)):
-        raise ValueError(f"expected {name} without repeated corners; leave out the last one")
+    same = np.nonzero((v == onward).all(axis=0))[0]
+    if len(same):
+        raise ValueError(
+            f"expected {name} without repeated corners, but those following corners {some(same)} "
+            "are equal to them. Remedy: leave them out; the last is joined to the first"
+        )
     twice = np.sum(cross(v - v[:, :1], onward - v[:, :1]))
     return v if twice > 0 else v[:, ::-1].copy()
 

@@ -1,5 +1,6 @@
 """Definitions 1 to 4 as a check of any couple of grids."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,16 @@ from ..messages import shown
 from .couples import GridCouple, boundary_nodes
 from .dual_mesh import DualMesh
 from .partition import Partition
-from .planar import MARGIN, containing, cross, line_crossings, on_segments, rounding
+from .planar import (
+    MARGIN,
+    containing,
+    covered_twice,
+    cross,
+    line_crossings,
+    on_segments,
+    rounding,
+    self_crossing,
+)
 from .report import Condition, Report, where
 
 
@@ -57,7 +67,7 @@ def check_dual(couple: GridCouple | DualMesh) -> DualReport:
         raise TypeError(f"expected a GridCouple or a DualMesh, got {shown(couple)}")
     one_type = couple.kind == "1-type"
     a, b = couple.a, couple.b
-    conditions = [_sides(a, "A"), _sides(b, "B"), *_graphs(couple)]
+    conditions = [*_partition(a, "A"), *_partition(b, "B"), *_graphs(couple)]
     on_edge = np.zeros(a.polygons.p.shape[1], dtype=bool)
     if one_type:  # boundary nodes of A are nodes of B too, on the boundaries of their cells
         on_edge[boundary_nodes(a)] = True
@@ -89,8 +99,33 @@ def check_dual(couple: GridCouple | DualMesh) -> DualReport:
     return DualReport(tuple(conditions))
 
 
+def _partition(grid: Partition, name: str) -> Iterator[Condition]:
+    """That a grid is a partition, without which the other conditions say nothing."""
+    yield _sides(grid, name)
+    polygons = grid.polygons
+    yield Condition(
+        f"cells of {name} whose sides do not cross each other",
+        f"cell of {name}",
+        self_crossing(polygons),
+    )
+    # cells lie to the left of their sides: only at ribs with one cell can their number change
+    length = np.hypot(*np.subtract(*grid.ends(np.arange(grid.facets.shape[1]))))
+    rim = np.nonzero((grid.f2c < 0).any(axis=0) & (length > rounding(polygons.p)))[0]
+    cell = grid.f2c[:, rim].max(axis=0)
+    facets = np.where(grid.f2c[0, rim] >= 0, grid.facets[:, rim], grid.facets[::-1, rim])
+    start, end = (polygons.p[:, node] for node in facets)
+    normal = np.stack([start[1] - end[1], end[0] - start[0]]) / length[rim]
+    inside = (start + end) / 2 + normal * (polygons.areas / polygons.radii)[cell]
+    yield Condition(
+        f"no place covered twice by {name}",
+        f"rib of {name}",
+        rim[covered_twice(polygons.p, facets, inside)],
+        "parts with these boundary ribs overlap: remove or move one",
+    )
+
+
 def _sides(grid: Partition, name: str) -> Condition:
-    """That ribs and cells belong together, without which the others say nothing."""
+    """That ribs and cells belong together."""
     polygons, (start, end) = grid.polygons, grid.facets
     following = np.arange(1, len(polygons.indices) + 1)
     following[polygons.offsets[1:] - 1] = polygons.offsets[:-1]

@@ -15,7 +15,7 @@ from ..kernels.once import ReadOnly, computed_once, remember
 from .checks import array_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
 from .lattice import Lattice
-from .planar import covered_twice, cross, directed_sides
+from .planar import covered_twice, cross, directed_sides, hanging
 from .polygons import Polygons, readonly
 from .report import Condition, require
 
@@ -218,10 +218,25 @@ def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
         "remove the cells lying on top of others; give each cell of a polar grid "
         "its own node in the middle",
     )
-    outer = np.nonzero(mesh.f2t[1] == -1)[0]
-    start, end = mesh.facets[:, outer]
-    outer = outer[np.hypot(*(mesh.p[:, end] - mesh.p[:, start])) > 1e-12 * np.sqrt(size.max())]
+    start, end = (mesh.p[:, node] for node in mesh.facets)
+    long = np.hypot(*(end - start)) > 1e-12 * np.sqrt(size.max())
+    inner = np.nonzero(long & (mesh.f2t[1] != -1))[0]
+    along = (end - start)[:, inner]
+    one, other = (cross(along, v.mean(axis=1)[:, k] - start[:, inner]) for k in mesh.f2t[:, inner])
+    yield Condition(
+        "the two quadrilaterals of a facet on different sides of it",
+        "facet",
+        inner[one * other >= 0],
+        "the mesh folds over itself there: remove or remesh the cells",
+    )
+    outer = np.nonzero(long & (mesh.f2t[1] == -1))[0]
     facets, inside = directed_sides(mesh, outer)
+    yield Condition(
+        "no hanging nodes, which lie on a facet of a quadrilateral beside",
+        "node",
+        hanging(mesh.p, facets, mesh.f2t[0, outer]),
+        "refine the cell beside as well, or use triangles, cut there",
+    )
     yield Condition(
         "no place to be covered twice",
         "facet",

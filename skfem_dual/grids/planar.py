@@ -168,13 +168,15 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     return np.union1d(crossed, facet[_winding_numbers(x, a, b, facet) != 1])
 
 
-def hanging(p: ndarray, facets: ndarray) -> ndarray:
+def hanging(p: ndarray, facets: ndarray, element: ndarray) -> ndarray:
     """Nodes that boundary facets (2, n) join to a node from which another one passes them.
 
-    Triangles beside such a facet are not cut where those on its other side are. The two sides of
-    a slit end in one node as well, but in the same nodes beside it.
+    Elements beside such a facet are not cut where those on its other side are. The two sides of
+    a slit end in one node as well, but in the same nodes beside it; those of a sharp tip are
+    sides of one ``element``, of which there is one for each facet.
     """
     node, other = np.hstack([facets, facets[::-1]])
+    element = np.tile(element, 2)
     along = p.take(other, axis=1) - p.take(node, axis=1)
     length, angle = np.hypot(*along), np.arctan2(*along)
     margin = ALONG + rounding(p) / length
@@ -185,8 +187,45 @@ def hanging(p: ndarray, facets: ndarray) -> ndarray:
     i, j = again[order[:-1]], again[order[1:]]
     shorter = np.where(length[i] < length[j], i, j)
     beside = (node[i] == node[j]) & (np.diff(angle[order]) <= margin[shorter])
+    beside &= element[i] != element[j]
     differ = np.abs(length[i] - length[j]) > margin[shorter] * length[shorter]
     return np.unique(other[shorter[beside & differ]])
+
+
+def self_crossing(polygons: Polygons) -> ndarray:
+    """Numbers of the polygons of which two sides cross."""
+    crossed, blur = [np.empty(0, int)], rounding(polygons.p)
+    for first, polygon, pair in _blocks(polygons.sizes**2):
+        number = first + polygon
+        size, begin = polygons.sizes[number], polygons.offsets[number]
+        i, j = pair // size, pair % size
+        number, size, begin, i, j = (k[i < j] for k in (number, size, begin, i, j))
+        a, b, c, d = (
+            polygons.p[:, polygons.indices[begin + k % size]] for k in (i, i + 1, j, j + 1)
+        )
+        crossed.append(number[_cuts(_sides(a, b, c, d, blur))])
+    return np.unique(np.concatenate(crossed))
+
+
+def _sides(a: ndarray, b: ndarray, c: ndarray, d: ndarray, blur: float = 0.0) -> ndarray:
+    """Distances of c and d from the lines ``ab``, then of a and b from ``cd``, in the longer of
+    the two segments; zero up to ``blur``, where they touch. Shape (4, m), NaN for points."""
+    one, other = np.hypot(*(b - a)), np.hypot(*(d - c))
+    scale = np.maximum(one, other)
+    with np.errstate(invalid="ignore"):
+        sides = np.array(
+            [
+                *(cross(b - a, end - a) / (one * scale) for end in (c, d)),
+                *(cross(d - c, end - c) / (other * scale) for end in (a, b)),
+            ]
+        )
+    sides[np.abs(sides) * scale <= MARGIN * scale + blur] = 0
+    return sides
+
+
+def _cuts(sides: ndarray) -> ndarray:
+    """Whether the segments of `_sides` cross inside both."""
+    return (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
 
 
 def _is_convex(p: ndarray, facets: ndarray) -> bool:
@@ -207,17 +246,8 @@ def _met(a: ndarray, b: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     crossed, on, place = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
     length = np.hypot(*(b - a))
     for i, j in near_pairs(a, b):
-        # distance of both ends of one segment from the line of the other, up to its length
-        scale = np.maximum(length[i], length[j])
-        sides = np.array(
-            [
-                cross(b[:, k] - a[:, k], end[:, other] - a[:, k]) / (length[k] * scale)
-                for k, other in ((i, j), (j, i))
-                for end in (a, b)
-            ]
-        )
-        sides[np.abs(sides) <= MARGIN] = 0
-        cuts = (sides[0] * sides[1] < 0) & (sides[2] * sides[3] < 0)
+        sides = _sides(a[:, i], b[:, i], a[:, j], b[:, j])
+        cuts = _cuts(sides)
         crossed += [i[cuts], j[cuts]]
         for side, k, other, end in zip(sides, (i, i, j, j), (j, j, i, i), (a, b, a, b)):
             along = (b - a)[:, k]

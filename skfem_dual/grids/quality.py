@@ -9,7 +9,7 @@ from skfem import MeshTri
 
 from ..kernels.once import ReadOnly, computed_once
 from .corners import unit
-from .planar import cross
+from .planar import cross, rounding
 from .polygons import readonly
 from .report import Condition, Measure, where
 
@@ -121,7 +121,7 @@ class MeshQuality(ReadOnly):
             total=m,
         )
         inner = np.isfinite(self.from_means)
-        far = self.from_means > MEAN_MARGIN
+        far = self.from_means > MEAN_MARGIN + rounding(self.mesh.p) / self.sides[0].min()
         yield Condition(
             "inner nodes to be the means of their neighbours",
             "node",

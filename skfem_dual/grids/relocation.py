@@ -40,16 +40,16 @@ def to_means(mesh: MeshTri, free: ndarray, maxiter: int, show: Show) -> tuple[nd
     """
     held = ~free
     admissible = _Admissible(mesh)
+    a, b = mesh.facets
+    ends, others = np.append(a, b), np.append(b, a)
     p, iteration = mesh.p, 0
     bad = np.full(mesh.nelements, bool(free.any()))
     while bad.any() and not held.all() and iteration < maxiter:
         iteration += 1
         p = mesh.p.copy()
-        a, b = mesh.facets
-        ends, others = np.append(a, b), np.append(b, a)
-        beside = held[others]
-        right = [np.bincount(ends[beside], x[others[beside]], len(held))[~held] for x in p]
-        p[:, ~held] = _solver(mesh, ~held)(np.stack(right, axis=1)).T
+        # moves, not places: far from the origin these have fewer digits
+        right = [np.bincount(ends, d, len(held))[~held] for d in p[:, others] - p[:, ends]]
+        p[:, ~held] += _solver(mesh, ~held)(np.stack(right, axis=1)).T
         bad = admissible.violated(p)
         show(iteration, float(np.count_nonzero(held & free)))
         held[mesh.t[:, bad]] = True
