@@ -64,6 +64,35 @@ def test_bracket_of_tilts(at):
     assert turned.bracketed.tolist() == found.bracketed.tolist()
 
 
+@pytest.mark.parametrize("e", [0.0, 0.1, 0.25, 0.28, 0.31])
+@pytest.mark.parametrize("x", [-0.8, 0.0, 0.8])
+def test_bracket_at_any_origin(e, x):
+    """Where the tilt lifts the origin errors cancel: the exact value was not between."""
+    dual = DualMesh.from_mesh(disc(4))
+    kinds = {"edge": "constant", "collocation": "node"}, {"edge": "constant"}
+    below, above = (
+        RigidPunch(SOIL, basis, origin=(x, 0.0), **kind).solve(1.0, at=(e - x, 0.0))
+        for basis, kind in zip((dual.basis(), dual.primal_basis()), kinds, strict=True)
+    )
+    found = estimate_error(below, above)
+    low, high = found.settlement
+    exact = circle_settlement(1.0, 1.0, 1.0, 0.25) + x * circle_tilt(e, 1.0, 1.0, 0.25)
+    assert found.bracketed[0] == (1.5 * e * x > -0.2)
+    assert low < exact < high or not found.bracketed[0]
+    # that of tilts has nothing to do with the origin
+    assert found.bracketed[1] == (e != 0)
+
+
+def test_the_settlement_of_a_pure_moment_is_that_of_the_mesh():
+    dual = DualMesh.from_mesh(perturbed(disc(3), 0.015))
+    kinds = {"edge": "constant", "collocation": "node"}, {"edge": "constant"}
+    pair = [
+        RigidPunch(SOIL, basis, **kind).solve(0.0, moments=(0.0, 0.1), unilateral=False)
+        for basis, kind in zip((dual.basis(), dual.primal_basis()), kinds, strict=True)
+    ]
+    assert not estimate_error(*pair).bracketed.any()
+
+
 def test_edge_weighted_solutions_are_no_bracket():
     dual = DualMesh.from_mesh(disc(3))
     pair = [RigidPunch(SOIL, basis).solve(1.0) for basis in (dual.basis(), dual.primal_basis())]

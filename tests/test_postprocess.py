@@ -34,6 +34,8 @@ from skfem_dual import (
     evaluate,
     rectangular_couple,
 )
+from skfem_dual.elements.balance import field_resultant
+from skfem_dual.errors import ConvergenceError
 from skfem_dual.grids import generate
 from skfem_dual.post.functional import Weights
 from skfem_dual.post.mixture import continued
@@ -293,6 +295,64 @@ def test_force_and_moments_are_conserved(dual, request, conserve_of):
     assert np.array_equal(kept.values[inner], plain.values[inner])
 
 
+@pytest.mark.parametrize("kind", [NODE, {"edge": "constant"}, {}], ids=["node", "mid", "edge"])
+@pytest.mark.parametrize("moments", [(0.0, 0.1), (0.1, 0.0)])
+def test_pressures_of_both_signs_change_as_little(dual, kind, moments):
+    """Times a linear function with their signs, odd pressures became 55 times as large."""
+    load = {"force": 0.0, "moments": moments, "unilateral": False}
+    above = {"edge": "constant"} if kind else {}
+    punches = (
+        RigidPunch(SOIL, dual.basis(), **kind),
+        RigidPunch(SOIL, dual.primal_basis(), **above),
+    )
+    pair = [punch.solve(**load) for punch in punches]
+    free, kept = postprocess(*pair, conserve=False), postprocess(*pair)
+    for a, b in ((free.on_cells, kept.on_cells), (free.on_triangles, kept.on_triangles)):
+        assert np.linalg.norm(a - b) < 0.08 * np.linalg.norm(a)
+    assert abs(kept.values).max() < 1.1 * abs(free.values).max()
+    assert "too coarse" not in kept.reason
+    resultant = field_resultant(kept.basis, kept.values)
+    wanted = np.mean([s.resultant for s in pair], axis=0)
+    assert resultant == pytest.approx(wanted, abs=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::skfem_dual.ResolutionWarning")
+def test_a_cell_that_cannot_carry_moments():
+    """Up to 1e-2 of the force was lost in solving for what one cell in contact cannot carry."""
+    dual = DualMesh.from_mesh(generate.disc(n=151))
+    pair = [
+        RigidPunch(SOIL, basis, gap=lambda x: 500 * (x[0] ** 2 + x[1] ** 2)).solve(
+            0.05, tilt=(0.0, 0.0)
+        )
+        for basis in (dual.basis(), dual.primal_basis())
+    ]
+    assert len(pair[0].contact) == 1
+    with pytest.raises(ConvergenceError, match=r"too few pressures.*conserve=False"):
+        postprocess(*pair)
+    assert np.isfinite(postprocess(*pair, conserve=False).values).all()
+
+
+@pytest.mark.parametrize("kind", [NODE, {"edge": "constant"}], ids=["node", "mid"])
+@pytest.mark.parametrize(("nodes", "radius", "x"), [(12, 0.15, 1.35), (40, 0.3, 1.8)])
+def test_a_small_part_beside_a_large_one(kind, nodes, radius, x):
+    """It was continued from cells of the large part, and lost half of its force."""
+    large = generate.disc(n=300)
+    small = generate.disc(n=nodes, radius=radius, centre=(x, 0.0))
+    n, t = large.p.shape[1], large.t.shape[1]
+    mesh = MeshTri(np.hstack([large.p, small.p]), np.hstack([large.t, small.t + n]))
+    dual = DualMesh.from_mesh(mesh)
+    below, above = couple(dual, kind, {"edge": "constant"}, at=(0.05, 0.0))
+    exact = couple(dual, {}, {}, at=(0.05, 0.0))[1]
+    found = postprocess(below, above)
+
+    def off(pressure, own):
+        area, wanted = exact.punch.partition.areas[own], exact.pressure[own]
+        return np.sqrt(area @ (pressure[own] - wanted) ** 2 / (area @ wanted**2))
+
+    for own in (slice(t, None), slice(None)):
+        assert off(found.on_triangles, own) < 1.05 * off(above.pressure, own)
+
+
 def test_force_and_moments_are_conserved_without_an_edge(solutions):
     kept = postprocess(*solutions, (16, 256), edge="constant", conserve=True)
     assert moments(kept.basis, kept.values) == pytest.approx([1.0, 0.1, 0.05], abs=1e-12)
@@ -516,6 +576,27 @@ def test_what_is_refused(dual, solutions):
     for wrong in (3.0, b"ab", {2.0, 1.0}, {1.0: 2.0, 3.0: 4.0}):  # items that are no weights
         with pytest.raises(TypeError, match="pair W1, W2"):
             postprocess(first, second, wrong)
+
+
+def test_ground_that_pulls_on_one_of_them_is_refused(dual):
+    load = {"force": 1.0, "at": (0.8, 0.0)}
+    below, above = (RigidPunch(SOIL, b) for b in (dual.basis(), dual.primal_basis()))
+    pulled, lifted = below.solve(**load, unilateral=False), above.solve(**load)
+    for pair in ((pulled, lifted), (below.solve(**load), above.solve(**load, unilateral=False))):
+        with pytest.raises(ValueError, match="Remedy: the same unilateral"):
+            postprocess(*pair)
+    postprocess(pulled, above.solve(**load, unilateral=False))
+
+
+def test_two_edges_are_refused():
+    """The field was NaN where only the second solution had an edge."""
+    mesh = generate.rectangle(n=100).with_boundaries({"left": lambda x: x[0] < 1e-9})
+    dual = DualMesh.from_mesh(mesh)
+    below = RigidPunch(SOIL, dual.basis(), edge_boundaries="left").solve(1.0)
+    with pytest.raises(ValueError, match="Remedy: the same edge_boundaries"):
+        postprocess(below, RigidPunch(SOIL, dual.primal_basis()).solve(1.0))
+    other = RigidPunch(SOIL, dual.primal_basis(), edge_boundaries="left").solve(1.0)
+    assert np.isfinite(postprocess(below, other).values).all()
 
 
 @pytest.mark.parametrize("other", [{"force": 2.0, "at": (0.1, 0.0)}, {"force": 1.0}])

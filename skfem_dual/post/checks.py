@@ -29,7 +29,8 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
     TypeError
         If one is no solution, or not on its grid.
     ValueError
-        If the meshes, origins, grounds, gaps or loads are two.
+        If the meshes, origins, grounds, edges, gaps or loads are two, or ground pulls on one of
+        the punches only.
     """
     for solution, grid in ((on_cells, "dual"), (on_triangles, "primal")):
         if not isinstance(solution, PunchSolution):
@@ -53,7 +54,9 @@ def check_couple(on_cells: PunchSolution, on_triangles: PunchSolution) -> None:
         raise ValueError(
             f"expected solutions on one ground, got {grounds[0]} and {grounds[1]}. {ALIKE}"
         )
+    _check_edges(on_cells, on_triangles)
     _check_gaps(on_cells, on_triangles)
+    _check_pulls(on_cells, on_triangles)
     _check_loads(on_cells, on_triangles)
     _check_neighbours(on_cells, on_triangles)
 
@@ -68,6 +71,36 @@ def _are_one(one: Substrate, other: Substrate, size: float) -> bool:
     first, second = (ground.symbol(WAVES / size) for ground in (one, other))
     alike = np.allclose(first, second, rtol=SAME, atol=0.0)
     return one.surface == other.surface and bool(alike)
+
+
+def edge_facets(solution: PunchSolution) -> ndarray:
+    """Facets of the mesh on the singular edge of edge-weighted cells, ascending; or none."""
+    weights = solution.punch.weights
+    if weights is None:
+        return np.empty(0, np.int32)
+    return np.unique(solution.punch.partition.boundary[weights.ribs])
+
+
+def _check_edges(one: PunchSolution, other: PunchSolution) -> None:
+    """Edge-weighted cells must have one edge; constant ones know of none."""
+    if one.punch.weights is None or other.punch.weights is None:
+        return
+    edges = edge_facets(one), edge_facets(other)
+    if not np.array_equal(*edges):
+        raise ValueError(
+            f"expected solutions with one singular edge, got {len(edges[0])} facets of it on dual "
+            f"cells and {len(edges[1])} on triangles. Remedy: the same edge_boundaries for both"
+        )
+
+
+def _check_pulls(one: PunchSolution, other: PunchSolution) -> None:
+    """Ground must pull on both punches or on neither, which shows where cells have lifted off."""
+    for pulled, lifted in ((one, other), (other, one)):
+        if (pulled.pressure < 0).any() and (lifted.pressure == 0).any():
+            raise ValueError(
+                "expected solutions with or without lift-off, got one with negative pressures and "
+                "one with cells out of contact. Remedy: the same unilateral= for both"
+            )
 
 
 def _check_gaps(one: PunchSolution, other: PunchSolution) -> None:

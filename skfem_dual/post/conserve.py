@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from ..elements.balance import can_balance
+from ..elements.balance import LEFT, can_balance
 from ..errors import ConvergenceError
 from ..grids.corners import signed_areas
 from ..kernels.once import computed_once
@@ -59,11 +59,12 @@ class Balance:
         return [*(load / scale for load in self.loads), _hat_integrals(p, t, self._planes(p))]
 
     def completed(self, which: int, values: ndarray) -> ndarray:
-        """Dual cells, triangles or the field (0, 1, 2) times a linear function near 1.
+        """Dual cells, triangles or the field (0, 1, 2) changed by a small linear function times
+        their absolute values.
 
         That is the least change, in the sum of squares over the values; zero stays zero. Where
-        the function would change its sign, as on few cells in contact, an exponential of one is
-        taken if one does, so that pressures keep theirs. Those
+        it would change their sign, as on few cells in contact, they are multiplied by an
+        exponential of a linear function if one does, so that pressures keep theirs. Those
         on a singular edge alone are multiplied, so that those inside remain the pressure in the
         points: the field is finite there where the pressure is not.
 
@@ -78,18 +79,19 @@ class Balance:
         if not can_balance(points, part & (values != 0)):
             part = np.ones(len(values), dtype=bool)
         integrals = self._integrals[which]
-        shares = self._planes(points[:, part]) * values[part]
+        # not with their signs: of pressures that are odd in x those times x have no moment left
+        shares = self._planes(points[:, part]) * np.abs(values[part])
         missing = self.wanted[which] - integrals @ values
         out = values.copy()
         if not missing.any():
             return out
-        try:
-            change = np.linalg.solve(integrals[:, part] @ shares.T, missing)
-        except np.linalg.LinAlgError:
+        matrix = integrals[:, part] @ shares.T
+        change = np.linalg.lstsq(matrix, missing, rcond=None)[0]
+        if np.abs(matrix @ change - missing).max() > LEFT * np.abs(integrals * values).sum():
             raise ConvergenceError(
-                "no pressures are left to carry force and moments. Remedy: conserve=False, or "
-                "solutions of one problem whose resultants are those of their pressures"
-            ) from None
+                "too few pressures are left to carry force and moments. Remedy: smaller cells "
+                "where contact is; or conserve=False"
+            )
         out[part] += shares.T @ change
         if (out * values < 0).any():
             planes, resultants = self._planes(points), integrals * values

@@ -108,7 +108,7 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
         return Mixture(cells, laws, shares, weighted[0] / len(laws), reason)
     opposed = solutions[0].punch.collocation == "node"
     closer = Mixture(cells, [raw[int(opposed)]], [1.0], float(not opposed), "")
-    if any(_known(law, outer).sum() < FEWEST for law, outer in zip(raw, couple.outer(2))):
+    if any(_too_few(couple, law, outer) for law, outer in zip(raw, couple.outer(2))):
         reason = "too few cells away from the edge, those of the closer solution are kept"
         return replace(closer, reason=reason)
     found = _sharpened(couple, solutions, raw)
@@ -120,8 +120,8 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
         if not apart <= AGREE**2 * moved:
             reason = "the law of the edge is not known, cells of the closer solution are kept"
             return replace(closer, reason=reason)
-    missed = _continued(raw[1], couple.outer(1)[1]).resultant[0] / solutions[1].force - 1
-    if abs(missed) > SPOILT:
+    ring = _continued(couple, raw[1], couple.outer(1)[1])
+    if np.abs(_missed(couple, ring, raw[1])).max() > SPOILT:
         return replace(closer, reason="too coarse to continue, the closer solution is kept")
     return found
 
@@ -133,20 +133,19 @@ def _sharpened(
     by what is known of their signs."""
     cells = raw[0].cells, raw[1].cells
     rings = [couple.outer(k) for k in (1, 2)]
-    wanted = [s.footprint.resultants @ s.pressure for s in solutions]
     if solutions[0].punch.collocation == "node":
-        laws = [_continued(*pair) for pair in zip(raw, rings[1], strict=True)]
+        laws = [_continued(couple, *pair) for pair in zip(raw, rings[1], strict=True)]
         shares = [OPPOSED, 1 - OPPOSED]
-        forces = [law.resultant[0] / w[0] for law, w in zip(laws, wanted, strict=True)]
-        if abs(np.dot(shares, forces) - 1) < CARRIED:
+        missed = [_missed(couple, *pair) for pair in zip(laws, raw, strict=True)]
+        if np.abs(np.dot(shares, missed)).max() < CARRIED:
             return Mixture(cells, laws, shares, OPPOSED, "errors of opposite signs cancel")
-        law = _continued(raw[1], rings[0][1])
-        law = _balanced(law, wanted[1], np.ones(len(law.pressure), dtype=bool))
+        law = _continued(couple, raw[1], rings[0][1])
+        law = _balanced(couple, law, raw[1], np.ones(len(law.pressure), dtype=bool))
         return Mixture(cells, [law], [1.0], 0.0, "too coarse to mix, triangles are closer")
-    first, second = (_continued(*pair) for pair in zip(raw, rings[0], strict=True))
+    first, second = (_continued(couple, *pair) for pair in zip(raw, rings[0], strict=True))
     excess = _apart(first, second, rings[1][1])
     law = replace(first, pressure=first.pressure * (1 - BEYOND * excess))
-    law = _balanced(law, wanted[0], rings[0][0])
+    law = _balanced(couple, law, raw[0], rings[0][0])
     return Mixture(cells, [law], [1.0], 1.0, "errors of one sign, that of dual cells reduced")
 
 
@@ -165,24 +164,51 @@ def _known(law: Law, outer: ndarray) -> ndarray:
     return ~outer & (law.pressure != 0)
 
 
-def _continued(law: Law, outer: ndarray) -> Law:
-    """With pressures in the outer rings that follow from those inside; zero stays zero."""
+def _too_few(couple: RegularCouple, law: Law, outer: ndarray) -> bool:
+    """Whether a part of the plan in contact has too few cells that are not in the outer rings."""
+    of = _parts(couple, law)
+    known, loaded = (np.bincount(of, each) for each in (_known(law, outer), law.pressure != 0))
+    return bool(np.any((loaded > 0) & (known < FEWEST)))
+
+
+def _parts(couple: RegularCouple, law: Law) -> ndarray:
+    """Number of the part of the plan in which each cell lies, the same on both grids."""
+    dual = couple.dual
+    of_cells = dual.partition.parts(np.ones(len(dual), dtype=bool))
+    return of_cells if law.cells.on_dual_cells else of_cells[dual.mesh.t[0]]
+
+
+def _missed(couple: RegularCouple, law: Law, raw: Law) -> ndarray:
+    """Loads that the parts of the plan carry beyond those of the solution, over these."""
+    area, of = law.cells.partition.areas, _parts(couple, law)
+    beyond = np.bincount(of, area * (law.pressure - raw.pressure))
+    loads = np.bincount(of, area * np.abs(raw.pressure))
+    return np.divide(beyond, loads, out=np.zeros_like(loads), where=loads > 0)
+
+
+def _continued(couple: RegularCouple, law: Law, outer: ndarray) -> Law:
+    """With pressures in the outer rings that follow from those inside, in each part of the plan;
+    zero stays zero."""
     cells, loaded, known = law.cells, law.pressure != 0, _known(law, outer)
-    w = law.weights.in_cells
+    w, of = law.weights.in_cells, _parts(couple, law)
     s = law.pressure / w
-    s[loaded] = continued(cells.acting[:, loaded], s[loaded], known[loaded])
+    s[loaded] = continued(cells.acting[:, loaded], s[loaded], known[loaded], of[loaded])
     return replace(law, pressure=s * w)
 
 
-def _balanced(law: Law, wanted: ndarray, part: ndarray) -> Law:
-    """With pressures in a part of the cells times the linear function that gives them force and
-    moments about the centroid, in the mean square where they lie in a line."""
-    cells, pressure = law.cells, law.pressure.copy()
+def _balanced(couple: RegularCouple, law: Law, raw: Law, changed: ndarray) -> Law:
+    """With pressures in some of the cells changed by a linear function times them, which gives
+    each part of the plan force and moments as in the solution, in the mean square where they lie
+    in a line."""
+    cells, pressure, of = law.cells, law.pressure.copy(), _parts(couple, law)
     size = np.array([[1.0], *[[np.sqrt(cells.partition.areas.sum())]] * 2])
     planes, loads = cells.planes(cells.acting) / size, cells.resultants / size
-    missing = wanted / size[:, 0] - loads[:, ~part] @ pressure[~part]
-    shares = planes[:, part] * pressure[part]
-    pressure[part] = np.linalg.lstsq(loads[:, part] @ shares.T, missing, rcond=None)[0] @ shares
+    for number in range(of.max() + 1):
+        own, part = of == number, changed & (of == number)
+        missing = loads[:, own] @ (raw.pressure - pressure)[own]
+        shares = planes[:, part] * np.abs(pressure[part])
+        factor = np.linalg.lstsq(loads[:, part] @ shares.T, missing, rcond=None)[0]
+        pressure[part] += factor @ shares
     return replace(law, pressure=pressure)
 
 
@@ -190,31 +216,36 @@ def _apart(first: Law, second: Law, outer: ndarray) -> float:
     """How much more load inside the triangles have than the dual cells, relative."""
     inside = ~outer
     loads = [
-        np.bincount(element, load, len(outer))[inside].sum()
+        np.abs(np.bincount(element, load, len(outer)))[inside].sum()
         for _, element, _, load in (law.pieces() for law in (first, second))
     ]
     return float(loads[1] / loads[0] - 1)
 
 
-def continued(x: ndarray, values: ndarray, known: ndarray) -> ndarray:
+def continued(x: ndarray, values: ndarray, known: ndarray, of: ndarray | None = None) -> ndarray:
     """Values with those not known replaced by planes through the nearest known ones.
 
-    The planes fit `NEAREST` points, weighted with the inverse distance.
+    The planes fit `NEAREST` points, weighted with the inverse distance, of the same part where
+    the numbers ``of`` parts are given.
     """
     wanted = ~known
     if not wanted.any():
         return values.copy()
-    count, of = int(known.sum()), np.zeros(int(wanted.sum()), dtype=int)
-    followed = nearest(x[:, known], np.array([0, count]), x[:, wanted], of, min(NEAREST, count))
-    near, distance = followed.number, np.sqrt(followed.square)
-    size = distance[:, -1:]
-    offset = (x[:, known][:, near] - x[:, wanted][:, :, None]) / size
+    of = np.zeros(len(known), dtype=int) if of is None else of
+    order = np.nonzero(known)[0]
+    order = order[np.argsort(of[order], kind="stable")]
+    counts = np.bincount(of[order], minlength=of.max() + 1)
+    starts, count = np.append(0, np.cumsum(counts)), min(NEAREST, int(counts.max()))
+    followed = nearest(x[:, order], starts, x[:, wanted], of[wanted], count)
+    near, distance = order[followed.number], np.sqrt(followed.square)
+    size = np.max(distance, axis=1, where=np.isfinite(distance), initial=0.0)[:, None]
+    offset = (x[:, near] - x[:, wanted][:, :, None]) / size
     planes = np.stack([np.ones_like(distance), *offset], axis=-1)
     weighted = planes * (followed.share * size / distance.clip(1e-12 * size))[..., None]
     normal = np.einsum("nki,nkj->nij", weighted, planes)
     # points on one line leave the slope across it open: none
     normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    right = np.einsum("nki,nk->ni", weighted, values[known][near])
+    right = np.einsum("nki,nk->ni", weighted, values[near])
     out = values.copy()
     out[wanted] = np.linalg.solve(normal, right[..., None])[:, 0, 0]
     return out
