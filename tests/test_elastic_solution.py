@@ -1,8 +1,10 @@
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import replace
 
 import matplotlib as mpl
+import meshio
 import numpy as np
 import pytest
 from elastic_bodies import (
@@ -58,7 +60,9 @@ from skfem_dual import (
     RigidPunch,
     trace,
 )
+from skfem_dual.elements.point_values import vertex_values
 from skfem_dual.grids import generate
+from skfem_dual.io.structures import write_structure
 
 mpl.use("Agg")
 ECCENTRIC = (0.55, 0.1)
@@ -282,6 +286,93 @@ def test_vertical_forces_that_hold_a_structure(kind, block):
     assert abs(s.vertical_reaction) > 1e-3 * load
     assert abs(s.vertical_reaction - s.reactions.sum()) > 1e-4 * load
     assert s.force == pytest.approx(load + s.vertical_reaction, rel=1e-9)
+
+
+def numbered(basis, number):
+    """The basis with DOFs of other numbers."""
+    dofs = copy(basis.dofs)
+    for name in ("nodal", "edge", "facet", "interior", "element"):
+        found = getattr(dofs, f"{name}_dofs")
+        if found is not None and found.size:
+            setattr(dofs, f"{name}_dofs", number[found].astype(np.int32))
+    return CellBasis(basis.mesh, basis.elem, quadrature=basis.quadrature, dofs=dofs)
+
+
+@pytest.mark.parametrize("kind", ["morley", "mindlin", "block"])
+def test_numbers_of_dofs_are_those_of_the_basis(kind, block, tmp_path):
+    """scikit-fem numbers those of bases it makes itself anew: forces worked on others."""
+    options = {"boundary": "base"} if kind == "block" else {}
+    if kind == "block":
+        basis, cells = block.structure, block.basis
+        form, load = linear_elasticity(*lame_parameters(1.0, 0.3)), lambda v, x: -v[2] * (2 + x[0])
+    else:
+        mesh = disc(3)
+        cells = DualMesh.from_mesh(mesh).basis()
+        if kind == "mindlin":
+            basis = CellBasis(mesh, ElementVector(ElementTriP2()) * ElementTriP2(), intorder=4)
+            form = BilinearForm(
+                lambda t, w, p, v, _: (
+                    ddot(sym_grad(t), sym_grad(p)) + dot(grad(w) - t, grad(v) - p)
+                )
+            )
+        else:
+            basis = CellBasis(mesh, ElementTriMorley(), intorder=4)
+            form = BilinearForm(lambda u, v, _: ddot(dd(u), dd(v)))
+        load = lambda v, x: v * (2 + x[0])  # noqa: E731
+    number = np.random.default_rng(0).permutation(basis.N)
+    found = []
+    for own in (basis, numbered(basis, number)):
+        f = LinearForm(lambda *of: load(of[-2], of[-1].x)).assemble(own)
+        # held along a side, so that the vertical forces of supports are asked for
+        side = own.get_dofs(lambda x: x[0] < -0.8)
+        held = ElasticPunch(SOIL, cells, own, form.assemble(own), D=side, **options)
+        found.append(held.solve(f))
+    one, other = found
+    assert other.success, other.message
+    assert other.pressure == pytest.approx(one.pressure, rel=1e-8)
+    assert other.displacement[number] == pytest.approx(one.displacement, abs=1e-9)
+    assert other.vertical_reaction == pytest.approx(one.vertical_reaction, rel=1e-8)
+    assert abs(one.vertical_reaction) > 0.1
+    which = 1 if kind == "mindlin" else 0
+    values = [vertex_values(s.punch.structure, s.displacement, which) for s in found]
+    assert values[1] == pytest.approx(values[0], abs=1e-9)
+    meshes = []
+    for s in found:
+        write_structure(tmp_path / "structure.vtu", s)
+        meshes.append(meshio.read(tmp_path / "structure.vtu"))
+    for name, data in meshes[0].point_data.items():
+        assert meshes[1].point_data[name] == pytest.approx(data, abs=1e-8), name
+
+
+def test_a_hinge_of_dofs_of_its_own():
+    """Slopes on both sides of a line have numbers of their own: more than scikit-fem gives."""
+    mesh = MeshTri.init_tensor(np.linspace(-1, 1, 9), np.linspace(-0.5, 0.5, 5))
+    plain = CellBasis(mesh, ElementTriMorley(), intorder=4)
+    dofs = copy(plain.dofs)
+    dofs.element_dofs = dofs.element_dofs.copy()
+    right = mesh.p[0, mesh.t].mean(axis=0) > 0
+    line = plain.facet_dofs[0, mesh.facets_satisfying(lambda x: abs(x[0]) < 1e-9)]
+    for k, old in enumerate(line):
+        dofs.element_dofs[:, right] = np.where(
+            dofs.element_dofs[:, right] == old, plain.N + k, dofs.element_dofs[:, right]
+        )
+    dofs.N = plain.N + len(line)
+    hinged = CellBasis(mesh, ElementTriMorley(), intorder=4, dofs=dofs)
+    K = BilinearForm(lambda u, v, _: 0.05 * ddot(dd(u), dd(v))).assemble(hinged)
+    f = LinearForm(lambda v, w: v).assemble(hinged)
+    side = hinged.get_dofs(lambda x: np.isclose(x[0], -1)).all("u")
+    s = ElasticPunch(SOIL, DualMesh.from_mesh(mesh).basis(), hinged, K, D=side).solve(f)
+    assert s.success, s.message
+    assert s.force == pytest.approx(2.0 + s.vertical_reaction, rel=1e-9)
+
+
+def test_facets_inside_a_solid_do_not_face_the_ground(block):
+    mesh = block.structure.mesh
+    inside = mesh.facets_satisfying(lambda x: np.isclose(x[2], 0.5))
+    with pytest.raises(ValueError, match=r"boundary of the solid.*boundaries_only=True"):
+        replace(block, boundary=inside).solve(np.zeros(block.structure.N))
+    with pytest.raises(ValueError, match="lie inside"):
+        trace(mesh, inside)
 
 
 def test_a_structure_that_touches_nowhere_has_no_position(punch):

@@ -12,7 +12,6 @@ structure too stiff to bend is the rigid punch of the same cells.
 """
 
 from collections.abc import Iterable
-from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -191,18 +190,22 @@ class ElasticPunch(Body):
         """The basis of the structure where it faces the ground: its own, or on the facets."""
         if self.boundary is None:
             return self.structure
-        basis, mesh = copy(self.structure), self.structure.mesh
+        basis, mesh = self.structure, self.structure.mesh
         facets = checked_facets(mesh, self.boundary)
-        basis.mapping = inverting(basis.mapping)
         try:
-            return basis.boundary(facets)
-        except NotImplementedError:  # by scikit-fem
-            raise TypeError(
-                "expected a solid of tetrahedra or hexahedra and a basis on all of them, got a "
-                f"basis on {basis.nelems} of {mesh.nelements} elements of a "
-                f"{type(mesh).__name__}. Remedy: a basis on mesh.restrict(elements), or "
-                "tetrahedra for prisms"
-            ) from None
+            if basis.tind is None:
+                # not by basis.boundary(), which numbers DOFs anew
+                return FacetBasis(
+                    mesh, basis.elem, inverting(basis.mapping), facets=facets, dofs=basis.dofs
+                )
+        except NotImplementedError:  # by scikit-fem, of prisms
+            pass
+        raise TypeError(
+            "expected a solid of tetrahedra or hexahedra and a basis on all of them, got a "
+            f"basis on {basis.nelems} of {mesh.nelements} elements of a "
+            f"{type(mesh).__name__}. Remedy: a basis on mesh.restrict(elements), or "
+            "tetrahedra for prisms"
+        )
 
     @computed_once
     def compliance(self) -> Compliance:

@@ -80,8 +80,9 @@ def load_matrix(
     -------
     (basis.N, n) or (basis.N, 3 n) csr_matrix
         Times the mean pressures of the cells, a vector to stand on the right-hand side. Where
-        the basis contains linear functions it has the force and the moments of the pressures to
-        rounding.
+        the basis contains linear functions it has the force of the pressures to rounding, and
+        with the columns for their slopes, or where they are constant times the law of the
+        edge, their moments.
 
     Raises
     ------

@@ -118,6 +118,7 @@ def vertex_values(basis: CellBasis, vector: ndarray, which: int = 0) -> ndarray:
         mapping=basis.mapping,
         quadrature=(corners, np.ones(corners.shape[1])),
         elements=basis.tind,
+        dofs=basis.dofs,
     )
     field = at_vertices.interpolate(vector)
     values = np.asarray(field[which] if isinstance(field, tuple) else field)

@@ -17,6 +17,7 @@ from skfem import (
     FacetBasis,
     Mesh,
 )
+from skfem.assembly import Dofs
 from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
@@ -229,18 +230,23 @@ def settling(basis: CellBasis, component: int | None) -> ndarray:
     """
     fields, solid = [np.shape(field)[:-2] for field in basis.basis[0]], basis.mesh.dim() == 3
     field, at = place_worked_on(fields, basis.elem, component, solid)
-    part, dofs = basis, np.arange(basis.N)
+    # as scikit-fem numbers DOFs, of which it makes the bases of the fields
+    plain = copy(basis)
+    plain.dofs = Dofs(basis.mesh, basis.elem)
+    part, dofs = plain, np.arange(plain.N)
     for split, number in ((ElementComposite, field), *((ElementVector, k) for k in at)):
         if isinstance(part.elem, split):
             part, dofs = part.split_bases()[number], dofs[part.split_indices()[number]]
     if np.shape(part.basis[0][0])[:-2] != ():
         raise TypeError(f"expected a scalar deflection, got one of {type(part.elem).__name__}")
-    moved = np.zeros(basis.N)
+    moved, own = np.zeros(plain.N), np.zeros(basis.N)
     # with points enough for products of its functions, whatever the basis is assembled with
     order = 2 * part.elem.maxdeg
     exact = CellBasis(part.mesh, part.elem, basis.mapping, intorder=order, elements=basis.tind)
     moved[dofs] = exact.project(1.0)
-    return moved
+    elements = slice(None) if basis.tind is None else basis.tind
+    own[basis.dofs.element_dofs[:, elements]] = moved[plain.dofs.element_dofs[:, elements]]
+    return own
 
 
 def _parts(element: Element) -> Iterator[Element]:

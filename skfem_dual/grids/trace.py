@@ -83,7 +83,8 @@ def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
     Raises
     ------
     TypeError, ValueError
-        If the boundary is unknown, in no form that scikit-fem takes, or has no facets.
+        If the boundary is unknown, in no form that scikit-fem takes, has no facets, or some that
+        lie inside the solid.
     """
     known = mesh.boundaries or {}
     if isinstance(boundary, str) and boundary not in known:
@@ -108,6 +109,13 @@ def checked_facets(mesh: MeshTet | MeshHex, boundary: Any) -> ndarray:
     facets = np.unique(checked_indices("boundary", facets, mesh.nfacets, each="place"))
     if len(facets) == 0:
         raise ValueError("expected facets that face the ground, got none")
+    inside = facets[mesh.f2t[1, facets] != -1]
+    if len(inside):
+        raise ValueError(
+            f"expected facets on the boundary of the solid, facets {some(inside)} lie inside. "
+            "Remedy: mesh.facets_satisfying(..., boundaries_only=True), or mesh.restrict to what "
+            "stands on the ground"
+        )
     return facets
 
 

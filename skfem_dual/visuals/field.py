@@ -214,7 +214,7 @@ def continuous(basis: CellBasis, values: ArrayLike) -> Field:
     # not by `refinterp` of scikit-fem, which takes all elements of the mesh
     each = kind.init_refdom().refined(HIGHER)
     points = {"quadrature": (each.p, np.ones(each.nvertices)), "elements": basis.tind}
-    finer = CellBasis(basis.mesh, basis.elem, basis.mapping, **points)
+    finer = CellBasis(basis.mesh, basis.elem, basis.mapping, **points, dofs=basis.dofs)
     p, y = np.asarray(finer.global_coordinates()), np.ravel(finer.interpolate(values))
     begin = each.nvertices * np.arange(p.shape[1])
     p, t = p.reshape(2, -1), (each.t[:, None] + begin[:, None]).reshape(len(each.t), -1)
