@@ -8,6 +8,8 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
@@ -57,6 +59,30 @@ def end_of_imports() -> None:
             signal.signal(signal.SIGTERM, _ended)
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def leaving_at_once() -> Iterator[None]:
+    """Let signals end a command at once while libraries are imported that bear no exceptions.
+
+    Nothing has been written then. Other programs are left alone.
+    """
+    handlers = {signal.SIGINT: _interrupted, signal.SIGTERM: _terminated}
+    usual = signal.default_int_handler, _ended
+    if threading.current_thread() is not threading.main_thread() or not is_command():
+        handlers = {}
+    before = {n: signal.getsignal(n) for n in handlers if signal.getsignal(n) in usual}
+    for number in before:
+        signal.signal(number, handlers[number])
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _terminated(number: int, frame: object) -> None:
+    os._exit(128 + number)
 
 
 def _interrupted(number: int, frame: object) -> None:

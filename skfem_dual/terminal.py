@@ -31,6 +31,11 @@ def number(text: str) -> float:
     return value
 
 
+def as_typed(text: str) -> str:
+    """An argument with the bytes Python was told are no characters, taken as UTF-8."""
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
 class _Once(argparse.Action):
     """An option with a value that is refused the second time: only the last would count."""
 
@@ -57,6 +62,8 @@ class Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-(\.?\d|inf|nan)", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
+        if message.startswith("unrecognized arguments: ") and " -" not in message:
+            message += ". Remedy: all files side by side, options before or behind them"
         self.exit(2, one_line(f"{self.prog}: error: {message} (see --help)", LINE) + "\n")
 
 

@@ -524,6 +524,47 @@ def test_asked_to_end_while_a_file_is_written(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_asked_to_end_while_libraries_are_imported(number, code):
+    """VTK bears no exception then: a command ended in a segmentation fault, one time in four."""
+    program = (
+        "import os, signal, sys\n"
+        "from skfem_dual import startup\n"
+        "startup.is_command = lambda: True\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "signal.signal(signal.SIGTERM, startup._ended)\n"
+        "try:\n"
+        "    with startup.leaving_at_once():\n"
+        f"        signal.raise_signal({int(number)})\n"
+        "except BaseException:\n"
+        "    os._exit(1)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
+    assert done.returncode == code
+    before = signal.getsignal(number)
+    with startup.leaving_at_once():  # other programs are left alone
+        assert signal.getsignal(number) is before
+    assert signal.getsignal(number) is before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of names of files in bytes")
+def test_words_in_other_characters_than_those_of_the_terminal(tmp_path):
+    """They came as surrogates, or as question marks, in pages and files."""
+    page, data = tmp_path / "a.html", tmp_path / "a.json"
+    words = ["--title", "Größe", "--author", "Jörg", "--report", page, "--json", data]
+    done = command("solve", DISC, *LOAD, *words, LC_ALL="C", PYTHONUTF8="0")
+    assert done.returncode == 0, done.stderr
+    assert "<title>Größe" in page.read_text(encoding="utf-8")
+    assert "Jörg" in page.read_text(encoding="utf-8")
+    assert json.loads(data.read_text(encoding="utf-8"))["title"] == "Größe"
+
+
+def test_files_on_both_sides_of_options(capsys):
+    found = run(capsys, "solve", DISC, *LOAD, DISC)
+    assert found[0] == 2
+    assert "Remedy: all files side by side" in found[2][0]
+
+
 @pytest.mark.parametrize(
     ("option", "name"),
     [("vtu", "A.VTU"), ("report", "A.Html"), ("json", "A.JSON"), ("svg", "A.Pdf")],

@@ -36,6 +36,15 @@ def test_corners(capsys):
     assert found["Accuracy"].split(";")[0] == str(expected.accuracy).split(";")[0]
 
 
+def test_a_file_of_that_name(capsys, tmp_path, monkeypatch):
+    """It was taken for the corners of an option that was not there."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "corners").write_text("0,0\n4,0\n4,3\n")
+    code, _, err = run(capsys, "solve", "corners", *GROUND, "--force", "1")
+    assert code == 2
+    assert "cannot read corners: no format" in err
+
+
 def test_a_file_of_corners_with_cases(capsys, tmp_path):
     """The mesh serves all cases, and the farthest from the middle is as accurate as asked for."""
     outline, cases, out = (tmp_path / name for name in ("l.csv", "cases.csv", "out.json"))

@@ -377,6 +377,24 @@ def test_what_is_drawn_twice_counts_once(tmp_path, closed):
     assert plan.centroid == pytest.approx(once.centroid, rel=1e-12)
 
 
+@pytest.mark.parametrize("tol", [0.06, 0.1, 0.2, 0.3])
+def test_shapes_near_each_other_are_two(tmp_path, tol):
+    """Farther than what joins ends, but nearer than ten times as far: one hole was left out."""
+
+    def draw(space, layer):
+        corners = [(0, 0), (100, 0), (100, 60), (0, 60)]
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+            space.add_line(a, (b[0] - 0.05, b[1]), dxfattribs=layer)
+        for y in (29.65, 30.1):
+            space.add_circle((50, y), 0.2, dxfattribs=layer)
+        space.add_circle((50, 30.1 + 0.04), 0.2, dxfattribs=layer)  # sloppily drawn twice
+
+    with pytest.warns(MeshWarning, match="left out 1 of the shapes"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", draw), tol=tol)
+    assert len(plan.rings) == 3
+    assert plan.area == pytest.approx(6000 - 2 * np.pi * 0.2**2, rel=1e-3)
+
+
 @pytest.mark.parametrize(("name", "package"), [("a.wkt", "shapely"), ("a.dxf", "ezdxf")])
 def test_remedy_for_missing_packages(tmp_path, monkeypatch, name, package):
     """Corners as CSV do without."""
@@ -425,6 +443,7 @@ def test_polylines_that_were_smoothed(tmp_path):
         "x [m] y [m]\n0 0\n2 0\n2 3\n0 3\n",
         "x,y,\n0,0\n2,0\n2,3\n0,3\n",
         "x y name\n0 0 corner A\n2 0 B\n2 3 C\n0 3 -\n",
+        "x/m;y/m\n0;0\n2;0\n2;3\n0;3\n",
     ],
 )
 def test_headings_with_units_and_words_beside_corners(text, tmp_path):

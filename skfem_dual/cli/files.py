@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ..io import require_outputs
 from ..io.guarded import require_file
+from ..startup import leaving_at_once
 
 SUFFIXES = {
     "png": (".png",),
@@ -39,7 +40,8 @@ def check_files(options: argparse.Namespace) -> None:
     if "--png" in outputs:
         from ..visuals.offscreen import require_pyvista
 
-        require_pyvista()
+        with leaving_at_once():
+            _ = require_pyvista().Plotter  # for which it imports most of VTK
     if {"--svg", "--report"} & set(outputs):
         from ..visuals.axes import pyplot
 

@@ -31,6 +31,7 @@ from ..ground.substrates import Substrate
 from ..io import CaseRow, read_cases, read_mesh, read_substrate
 from ..messages import place
 from ..report.footing import point_beside
+from ..terminal import as_typed
 from ..units import LENGTHS, Units
 from .messages import how_of, in_options
 from .outlines import is_outline, plan_of, solve_outline
@@ -202,7 +203,7 @@ def _loads(
 
 def names_of(options: argparse.Namespace) -> list[str]:
     """Those of the footings, of their files without the suffix."""
-    return [Path(path).stem for path in options.mesh]
+    return [Path(as_typed(path)).stem for path in options.mesh]
 
 
 def single_load(options: argparse.Namespace) -> dict[str, Any]:

@@ -20,8 +20,6 @@ from ..plans.tables import corners_of_text, unit_of_table
 from ..units import LENGTHS, Units
 from .messages import how_of
 
-#: what stands for the name of a file where the corners are given
-CORNERS = "corners"
 #: error allowed unless ``--accuracy`` is given
 ACCURACY = 1e-3
 #: what tells the unit of an outline, and where it stands
@@ -29,6 +27,12 @@ UNIT_OF = {
     ".dxf": (unit_of_drawing, "$INSUNITS"),
     **dict.fromkeys((".csv", ".txt"), (unit_of_table, "its header")),
 }
+
+
+class GivenCorners(str):
+    """What stands for the name of a file where the corners are given; files may have it too."""
+
+    __slots__ = ()
 
 
 def take_corners(options: argparse.Namespace) -> None:
@@ -43,7 +47,7 @@ def take_corners(options: argparse.Namespace) -> None:
         had = "got neither" if options.corners is None else "got both"
         raise ValueError(f"expected either MESH or --corners, {had}")
     if options.corners is not None:
-        options.mesh = [CORNERS]
+        options.mesh = [GivenCorners("corners")]
     outlines = [path for path in options.mesh if is_outline(path)]
     chosen = "accuracy", "time_limit"
     if not outlines:
@@ -76,12 +80,12 @@ def take_corners(options: argparse.Namespace) -> None:
 
 def is_outline(path: str) -> bool:
     """Whether a footing is an outline, by its name."""
-    return path == CORNERS or Path(path).suffix.lower() in SUFFIXES
+    return isinstance(path, GivenCorners) or Path(path).suffix.lower() in SUFFIXES
 
 
 def plan_of(options: argparse.Namespace, path: str) -> Plan:
     """The plan in a file, or of the corners given, in the units of all input."""
-    if path == CORNERS:
+    if isinstance(path, GivenCorners):
         corners = corners_of_text(options.corners)
         ring = ring_of("--corners", [c[:2] for c in corners], [c[2] for c in corners])
         plan = Plan.from_rings([ring])

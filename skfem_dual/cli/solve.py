@@ -1,7 +1,6 @@
 """``solve MESH``: footings, their table and files."""
 
 import argparse
-import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,7 +24,7 @@ from ..report.data import report_data
 from ..report.details import Details
 from ..report.footing import Footing
 from ..report.structures import Structure
-from ..terminal import tell
+from ..terminal import as_typed, tell
 from ..units import Units
 from .footings import (
     Base,
@@ -186,13 +185,14 @@ def _governing(bodies: Sequence[Body]) -> list[PunchSolution | ElasticSolution]:
 
 
 def _details(options: argparse.Namespace) -> Details:
-    names = [os.fsencode(Path(path).name).decode("utf-8", "replace") for path in options.mesh]
+    given = options.title, options.project, options.author
+    title, project, author = (text and as_typed(text) for text in given)
     return Details(
-        title=options.title,
-        project=options.project,
-        author=options.author,
+        title=title,
+        project=project,
+        author=author,
         date=options.date,
-        mesh_name=", ".join(names),
+        mesh_name=", ".join(Path(as_typed(path)).name for path in options.mesh),
         units=Units(options.units),
         allowable=options.allowable,
         points=options.point,

@@ -182,27 +182,36 @@ def _piece(entity: Any, path: Path) -> Shape:
 
 def _distinct(found: list[Shape], tol: float, path: Path) -> list[Shape]:
     """The shapes without those shorter than ``tol``, and those drawn twice, which are told."""
-    kept: dict[tuple, Shape] = {}
-    for x, bulges, closed in found:
-        if np.ptp(x, axis=1).max() > tol:
-            kept.setdefault(_key(x, bulges, closed, 10 * tol), (x, bulges, closed))
-    if (left := len(found) - len(kept)) and kept:
+    kept = [shape for shape in found if np.ptp(shape[0], axis=1).max() > tol]
+    if not kept:
+        return found
+    boxes = np.array([np.append(x.min(axis=1), x.max(axis=1)) for x, *_ in kept])
+    twice: set[int] = set()
+    for i, j in sorted(cKDTree(boxes).query_pairs(tol, p=np.inf)):
+        if i not in twice and j not in twice and _are_one(kept[i], kept[j], tol):
+            twice.add(j)
+    if left := len(found) - len(kept) + len(twice):
         warn(f"{path}: left out {left} of the shapes, without length or drawn twice", MeshWarning)
-    return list(kept.values()) or found
+    return [shape for i, shape in enumerate(kept) if i not in twice]
 
 
-def _key(x: ndarray, bulges: ndarray, closed: bool, tol: float) -> tuple:
-    """The same for a shape drawn to and fro, and for a ring that begins elsewhere."""
+def _are_one(one: Shape, other: Shape, tol: float) -> bool:
+    """Whether no corner and no rise of an arc differ by more than ``tol``, if one is drawn to and
+    the other fro or two rings begin elsewhere."""
+    (x, bulges, closed), (y, arcs, ring) = one, other
+    if closed != ring or x.shape != y.shape:
+        return False
     n = x.shape[1] - 1 + closed  # sides
-    backwards = np.roll(x[:, ::-1], 1, axis=1) if closed else x[:, ::-1]
-    keys = []
-    for corners, arcs in ((x, bulges[:n]), (backwards, -bulges[:n][::-1])):
-        sides = [*map(tuple, np.round(corners / tol).T), ()]
-        turns = np.round(arcs / NEAR).tolist()
-        rows = [(*sides[k], turns[k] if k < n else 0.0) for k in range(x.shape[1])]
-        first = rows.index(min(rows)) if closed else 0
-        keys.append(tuple(rows[first:] + rows[:first]))
-    return (closed, min(keys))
+    half = np.hypot(*(np.roll(x, -1, axis=1) - x))[:n] / 2
+    backwards = np.roll(y[:, ::-1], 1, axis=1) if closed else y[:, ::-1]
+    for corners, turns in ((y, arcs[:n]), (backwards, -arcs[:n][::-1])):
+        near = np.hypot(*(corners - x[:, :1])) <= tol
+        for first in np.nonzero(near)[0] if closed else [0]:
+            apart = np.hypot(*(np.roll(corners, -first, axis=1) - x))
+            rises = half * np.abs(np.roll(turns, -first) - bulges[:n])
+            if apart.max() <= tol and rises.max(initial=0.0) <= tol:
+                return True
+    return False
 
 
 def _plane(points: list[Any], kind: str, path: Path) -> ndarray:

@@ -125,7 +125,7 @@ def _fields(line: str, delimiter: str) -> list[str]:
 
 def _columns(fields: list[str]) -> list[int]:
     """Places of x, y and bulge by a header; none if the line is no header."""
-    words = [re.sub(r"[\s\[(].*", "", field.lower()) for field in fields]
+    words = [re.sub(r"[\s\[(].*", "", Heading.of(field).name) for field in fields]
     found = {NAMES[word]: i for i, word in reversed(list(enumerate(words))) if word in NAMES}
     return [found[k] for k in sorted(found)] if {0, 1} <= set(found) else []
 
