@@ -1,11 +1,11 @@
 """Shaped bodies that press over the edge of their plan."""
 
-import contextlib
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from elastic_bodies import point_load, raft
+from marks import slow
 from plans import disc, rectangle
 from scipy.special import ellipk
 from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
@@ -184,9 +184,9 @@ def test_contact_narrower_than_a_cell_on_a_crust():
         even = RigidPunch(crust(100), DualMesh.from_mesh(generate.disc(n=300)).basis()).solve(1.0)
     assert even.success
     assert even.contact_area > 2 * area
-    graded = generate.disc(n=500, graded="quadratic")
+    graded = generate.disc(n=900, graded="quadratic")
     fine = RigidPunch(crust(100), DualMesh.from_mesh(graded).basis()).solve(1.0)
-    assert fine.settlement == pytest.approx(exact, rel=2e-4)
+    assert fine.settlement == pytest.approx(exact, rel=1e-4)
     assert fine.contact_area == pytest.approx(area, rel=0.3)
 
 
@@ -198,28 +198,56 @@ def test_plans_on_crusts_are_solved_on_cells_narrower_than_contact():
     assert solution.settlement == pytest.approx(28.7130, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("grid", "n", "ratio", "error", "warned"),
-    [
-        ("dual", 300, 50, 6e-3, False),
-        ("dual", 700, 100, 6e-3, False),
-        ("triangles", 300, 50, 5e-2, True),
-        ("triangles", 300, 1000, 2e-1, True),
-    ],
-)
-def test_a_crust_pulls_in_truth(grid, n, ratio, error, warned):
-    """By up to 6.5 times the mean pressure; settlements by Fredholm's equation."""
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize("n", [150, *slow(300, 700)])
+@pytest.mark.parametrize("ratio", [50, 100, 1000])
+def test_a_crust_pulls_in_truth(grid, n, ratio):
+    """By up to 6.5 times the mean pressure; settlements by Fredholm's equation. With a law that
+    fell to a twentieth triangles were up to a fifth off."""
     exact = {50: 15.2981, 100: 28.1111, 1000: 193.061}[ratio]
     dual = DualMesh.from_mesh(generate.disc(n=n))
     basis = dual.basis() if grid == "dual" else dual.primal_basis()
-    punch = RigidPunch(crust(ratio), basis)
-    with contextlib.ExitStack() as stack:
-        if warned:
-            stack.enter_context(
-                pytest.warns(ResolutionWarning, match="too coarse for a crust. Remedy: smaller")
-            )
-        solution = punch.solve(1.0, unilateral=False)
-    assert solution.settlement == pytest.approx(exact, rel=error)
+    solution = RigidPunch(crust(ratio), basis).solve(1.0, unilateral=False)
+    assert solution.settlement == pytest.approx(exact, rel=2e-3)
+    assert solution.pressure.min() < -solution.mean_pressure
+
+
+#: stiffnesses (W0, tilt, sliding, torsion) of a disc of one on crusts so thick and so stiff over
+#: ground with E = 1 and nu = 0.45, by Ritz' method on Hankel's integrals, to ten digits
+STIFFNESS = {
+    (0.1, 20.0): (2.80984163606, 2.3254025412, 4.8999436854, 11.332001979),
+    (0.2, 20.0): (3.09659647449, 3.1243278209, 6.8843784615, 18.275674456),
+    (0.1, 50.0): (2.95931788710, 2.7164568949, 8.1447396773, 24.811760216),
+}
+
+
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize(("thickness", "ratio"), STIFFNESS)
+def test_stiffness_of_a_disc_on_a_crust(thickness, ratio, grid):
+    """The law of pressures, which vanish behind the edge, was taken for that of shear tractions:
+    torsion was up to 95 % too soft; tilts on triangles were 7 to 12 % too stiff."""
+    ground = LayeredHalfSpace([Layer(thickness, ratio, 0.3)], HalfSpace(1.0, 0.45))
+    dual = DualMesh.from_mesh(generate.disc(n=300))
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    found = RigidPunch(ground, basis).stiffness(full=True).diagonal()[[0, 1, 3, 5]]
+    wanted = np.array(STIFFNESS[thickness, ratio])
+    # that of the work is too small, but for what the law of a disc has of others' edges
+    assert (found < (1 + 6e-4) * wanted).all()
+    assert found == pytest.approx(wanted, rel=2e-3 if grid == "dual" else 5e-3)
+
+
+@pytest.mark.parametrize("grid", ["dual", "triangles"])
+@pytest.mark.parametrize(("n", "at"), [(120, 0.0), (120, 0.6), (300, 0.0), (300, 0.4), (300, 0.6)])
+def test_contact_along_the_edge_of_a_crust(n, at, grid):
+    """By a line between contact and what hardly touches settlements were up to 15 % off and tilts
+    doubled; these are of 3900 dual cells, which agree with 1500 to 4e-4."""
+    ground = LayeredHalfSpace([Layer(0.1, 20.0, 0.3)], HalfSpace(1.0, 0.45))
+    settlement, tilt = {0.0: (0.35599, 0), 0.4: (0.35587, 0.1726), 0.6: (0.33268, 0.30778)}[at]
+    dual = DualMesh.from_mesh(generate.disc(n=n))
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    solution = RigidPunch(ground, basis).solve(1.0, (at, 0.0))
+    assert solution.settlement == pytest.approx(settlement, rel=2e-3)
+    assert solution.tilt == pytest.approx([tilt, 0.0], abs=5e-3 * settlement)
 
 
 def test_edges_that_are_named_on_a_crust():
@@ -228,10 +256,8 @@ def test_edges_that_are_named_on_a_crust():
     named = CellBasis(mesh, ElementTriP0())
     some = RigidPunch(crust(50), named, edge_boundaries="rim")
     every = RigidPunch(crust(50), named)
-    with pytest.warns(ResolutionWarning, match="too coarse for a crust"):
-        found = some.solve(1.0, unilateral=False).settlement
-    with pytest.warns(ResolutionWarning, match="too coarse for a crust"):
-        assert found == every.solve(1.0, unilateral=False).settlement
+    found = some.solve(1.0, unilateral=False).settlement
+    assert found == every.solve(1.0, unilateral=False).settlement
 
 
 def test_thin_cells_are_told_on_a_layer_that_is_no_crust():

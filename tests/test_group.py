@@ -64,6 +64,24 @@ def test_far_punches_settle_as_one_alone():
     assert pair(10000.0).interaction_factors(CENTRAL) == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.parametrize(("ground", "distance"), [("layer", 30.0), ("homogeneous", 1000.0)])
+def test_a_body_without_load_far_from_the_others(ground, distance):
+    """Its pressures are so small that rounding of the others' is large beside them."""
+    layer = LayeredHalfSpace([Layer(0.8, 1.0, 0.45)], "bonded")
+    soil = layer if ground == "layer" else HalfSpace(1.0, 0.25)
+    at = [(0.0, 0.0), (distance, 0.0)]
+    bodies = [
+        RigidPunch(soil, DualMesh.from_mesh(generate.disc(n=100, centre=x)).basis(), origin=x)
+        for x in at
+    ]
+    load = {"force": 1.0} if ground == "layer" else {"force": 0.0, "moments": (-1.0, 0.0)}
+    found = RigidPunches(bodies).solve([load, {"force": 0.0}], unilateral=False)
+    assert found.success, found.message
+    alone = bodies[0].solve(**load, unilateral=False)
+    assert found[0].settlement == pytest.approx(alone.settlement, rel=1e-6, abs=1e-9)
+    assert np.abs(found[1].resultant_residual).max() < 1e-13
+
+
 def test_reciprocity():
     """Maxwell and Betti: the force on a fixed punch by a moved one, either way."""
     group = RigidPunches(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import k0
 
-from skfem_dual import GradedHalfSpace, Plan
+from skfem_dual import GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace, Plan
 from skfem_dual.ground.compliance import homogeneous, through_graded, through_homogeneous
 from skfem_dual.ground.hankel import RadialTable, table_value
 from skfem_dual.ground.symbols import Symbol, Tail, wave_numbers
@@ -18,6 +18,22 @@ def symbol_of(function, lengths, *, algebraic):
 
 def table_of(function, lengths, *, algebraic):
     return RadialTable.from_symbol(symbol_of(function, lengths, algebraic=algebraic), lengths)
+
+
+def test_single_wave_numbers_see_thin_seams():
+    """Between moduli that hardly vary the integration stepped over them."""
+
+    def stiffness(z):
+        return 1 - 0.99 * np.exp(-(((z - 5) / 0.02) ** 2))
+
+    smooth = GradedHalfSpace.init_profile(stiffness, 0.3)
+    z = np.append(0, np.linspace(4.88, 5.12, 400))
+    moduli = stiffness((z[1:] + z[:-1]) / 2)
+    layers = [Layer(h, young, 0.3) for h, young in zip(np.diff(z), moduli, strict=True)]
+    seam = LayeredHalfSpace(layers, HalfSpace(1.0, 0.3))
+    for k in (0.03, 0.1, 0.3):
+        assert smooth.symbol(k) == pytest.approx(seam.symbol(k), rel=1e-8)
+        assert smooth.symbol([k, 1.0])[0] == pytest.approx(smooth.symbol(k), rel=1e-9)
 
 
 def test_symbols_are_known_between_and_beyond_their_nodes():

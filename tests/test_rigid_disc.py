@@ -89,6 +89,24 @@ def test_law_stays_positive(thickness):
     assert law.factors[0] == 1
     assert (law.factors > 0).all()
     assert law.steepness > 0.5
+    assert law.pulls
+
+
+def test_where_the_law_levels_off_depends_on_the_cells():
+    """Those finer than the way to the bottom have pressures that follow it; for coarser ones it
+    tells what lies where inside them."""
+    ground = layer(0.1, base=HalfSpace(0.1, 0.25))
+    fine, between, coarse = (edge_law(ground, 1.0, width) for width in (0.05, 0.16, 0.3))
+    assert fine.factors == pytest.approx(edge_law(ground, 1.0).factors)
+    least = [law.factors.min() for law in (fine, between, coarse)]
+    assert least == sorted(least, reverse=True)
+    assert least[0] > 2 * least[2]
+    # far inside it is that of the ground: the ratio to the edge is kept to some percent
+    assert fine.factors[-1] == pytest.approx(coarse.factors[-1], rel=0.06)
+    # a law that does not fall is the same for all cells
+    soft = layer(0.3)
+    assert edge_law(soft, 1.0, 0.3).factors == pytest.approx(edge_law(soft, 1.0).factors, rel=5e-3)
+    assert not edge_law(soft, 1.0).pulls
 
 
 def test_same_ground_and_size_is_computed_once():

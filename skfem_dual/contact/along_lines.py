@@ -44,8 +44,8 @@ def has_law(work: Any, contact: Contact) -> bool:
     """Whether pressures that end along lines are looked for.
 
     Not where contact covers three quarters of each plan or fewer than 16 cells, or ends in thin
-    cells, nor under a punch of more than 3000 cells, where no matrix is known, or positions were
-    imposed.
+    cells or on a crust that bends away, nor under a punch of more than 3000 cells, where no matrix
+    is known, or positions were imposed.
     """
     if contact.compliances is not None:
         return False
@@ -145,9 +145,15 @@ def regions_under(cells: Footprint, pressure: ndarray, gap: ndarray) -> list[Con
 
 
 def _without(cells: Footprint, touching: ndarray) -> bool:
-    """Whether cells in contact are most of the plan of a punch, or contact ends in thin ones."""
-    areas = cells.partition.areas
+    """Whether cells in contact are most of the plan of a punch, or contact ends in thin ones, or
+    on a crust that bends away inside: between contact and what hardly touches is no such line.
+
+    Settlements on crusts were up to 15 % off with one, tilts doubled, without it some 1e-3.
+    """
+    areas, weights = cells.partition.areas, cells.weights
     if areas[touching].sum() > WIDE * areas.sum():
+        return True
+    if weights is not None and weights.law is not None and weights.law.pulls:
         return True
     ends = cells.partition.across(touching)
     square = cells.partition.polygons.radii[ends] ** 2

@@ -9,7 +9,7 @@ fundamental mixed problem of the theory of elasticity for a half-space with a ci
 separating the boundary conditions, J. Appl. Math. Mech. 18 (1954), for the bonded disc.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -80,8 +80,19 @@ class Motions(ReadOnly):
         holding(self.footprint)
 
     @computed_once
-    def _tractions(self) -> Tractions:
+    def _cells(self) -> Footprint:
+        """With the law of the edge of homogeneous ground where shear tractions are alone: that of
+        pressures, which fall off behind the edge of a crust, is not theirs."""
         cells = self.footprint
+        if self.rough or cells.weights is None or cells.weights.law is None:
+            return cells
+        weights = replace(cells.weights, law=None)
+        slopes = None if cells.slopes is None else Slopes.from_weights(weights)
+        return replace(cells, weights=weights, slopes=slopes)
+
+    @computed_once
+    def _tractions(self) -> Tractions:
+        cells = self._cells
         slopes = cells.slopes
         if slopes is not None and not self.touching.all():
             # beside the line of contact there is nothing to compare a cell with
@@ -104,7 +115,7 @@ class Motions(ReadOnly):
 
     def _displacements(self, x: ndarray) -> ndarray:
         """Displacements at points of shape (2, k) by the cells that touch, (c k, c ntouching)."""
-        ground = holding(self.footprint)
+        ground = holding(self._cells)
         found = self._tractions.displacements(ground, x, normal=self.rough)
         c = len(found)
         return found[..., self.touching].reshape(c * x.shape[1], -1)
@@ -112,7 +123,7 @@ class Motions(ReadOnly):
     @computed_once
     def tractions(self) -> ndarray:
         """Mean tractions of cells by unit motions, shape (m, c, n): along x, y and downwards."""
-        cells, own = self.footprint, np.nonzero(self.touching)[0]
+        cells, own = self._cells, np.nonzero(self.touching)[0]
         x = cells.collocation_points[:, own]
         planes = self._planes(cells.planes(x))
         matrix = self._displacements(np.ascontiguousarray(x))
@@ -123,7 +134,7 @@ class Motions(ReadOnly):
 
     def resultants(self, tractions: ndarray) -> ndarray:
         """Forces conjugate to the motions by tractions of shape (..., c, n), shape (..., m)."""
-        cells = self.footprint
+        cells = self._cells
         arms = cells.resultants
         slopes = self._tractions.slopes
         if slopes is not None and slopes is not cells.slopes:
@@ -141,7 +152,7 @@ class Motions(ReadOnly):
         """Forces by motions, symmetric, shape (m, m): by work, where the edge is singular and all
         cells touch, otherwise by collocation."""
         stiffness = self.collocated_stiffness
-        if self.footprint.weights is not None and self.touching.all():
+        if self._cells.weights is not None and self.touching.all():
             flexibility = np.linalg.inv(stiffness)
             flexibility = flexibility + flexibility.T @ self._work @ flexibility
             stiffness = np.linalg.inv(flexibility)
@@ -150,7 +161,7 @@ class Motions(ReadOnly):
     @computed_once
     def _work(self) -> ndarray:
         """Work of the tractions by unit motions on how far the ground is ahead of the base."""
-        cells = self.footprint
+        cells = self._cells
         x, cell, load = self._sectors
         tractions, slopes = self.tractions, self._tractions.slopes
         inside = tractions[..., cell]
@@ -166,7 +177,7 @@ class Motions(ReadOnly):
 
     @computed_once
     def _sectors(self) -> Sectors:
-        cells = self.footprint
+        cells = self._cells
         if cells.weights is None:
             return Sectors(np.empty((2, 0)), np.empty(0, int), np.empty(0))
         return sectors(cells.weights)

@@ -136,8 +136,9 @@ class Verification:
         borne = (bodies @ (moved > 0)) @ (system.areas * np.abs(pressure))
         felt = np.where(same, borne, 0.0).max(axis=1)
         own = np.where(imposed > 0, imposed, felt)
-        # beside far larger loads those of a body have fewer digits
-        own = np.maximum(own, np.minimum(FEWER * own, BESIDE * own.max()))
+        # beside far larger loads those of a body have fewer digits, pressures without load none
+        fewer = np.where(imposed > 0, FEWER * own, np.inf)
+        own = np.maximum(own, np.minimum(fewer, BESIDE * own.max()))
         error = error / np.maximum(own, np.finfo(float).tiny)
         if not (worst := float(error.max())) <= BALANCE:
             yield (

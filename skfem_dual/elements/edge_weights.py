@@ -90,7 +90,10 @@ class EdgeWeights(ReadOnly):
         a, b = partition.ends(ribs)
         law = None
         if substrate is not None:
-            law = edge_law(substrate, float(np.sqrt(partition.areas.sum() / np.pi)))
+            size = float(np.sqrt(partition.areas.sum() / np.pi))
+            # cells are cut where the law needs it, but their pressures are linear over it
+            width = float(np.sqrt(np.median(partition.areas[partition.f2c[0, ribs]])))
+            law = edge_law(substrate, size, width)
         # phi varies by less than that where w does not vary by VARIATION; so it is around a node
         # farther from the edge than so many diameters of the largest triangle
         corners = wedges(mesh, np.unique(partition.boundary[ribs]))

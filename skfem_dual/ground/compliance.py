@@ -38,6 +38,9 @@ Moduli = Callable[[ndarray], tuple[ndarray, ndarray]]
 FORGOTTEN = 20.0
 #: tolerance of compliances at the surface
 RTOL = 3e-11
+#: the longest step of 1 with fewer values than so many: they would pass over thin seams between
+#: moduli that hardly vary, which some of many wave numbers do not
+STEP, MANY = 1 / 512, 1000
 
 
 def homogeneous(ratio: ArrayLike, poisson: ArrayLike) -> ndarray:
@@ -203,12 +206,8 @@ def through_graded(
         start += [value * np.ones(len(k)) for value in (1.0, 0.0, 0.0, 1.0)]
     # below the surface nothing is known better than the integrals over waves
     rtol = 1e-9 if down else RTOL
-    path = scipy.integrate.solve_ivp(
-        rate, (0.0, 1.0), np.concatenate(start), "DOP853", rtol=rtol, atol=rtol / 100
-    )
-    if not path.success:
-        raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
-    out = path.y[len(k) :, -1].reshape(-1, len(k))
+    end = _integrated(rate, np.concatenate(start), rtol)
+    out = end[len(k) :].reshape(-1, len(k))
     tractions = out[3:].T.reshape(-1, 2, 2) if down else np.zeros((len(k), 2, 2))
     return out[:3], tractions
 
@@ -232,7 +231,13 @@ def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> nd
         return np.concatenate([climb, way * (s * s / own - own)])
 
     start = np.concatenate([up.start, s])
-    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), start, "DOP853", rtol=RTOL, atol=RTOL / 100)
+    return _integrated(rate, start, RTOL)[len(k) :]
+
+
+def _integrated(rate: Callable[[float, ndarray], ndarray], start: ndarray, rtol: float) -> ndarray:
+    """What a value at 0 has become at 1."""
+    limits = {"rtol": rtol, "atol": rtol / 100, "max_step": STEP if len(start) < MANY else np.inf}
+    path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), start, "DOP853", **limits)
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")
-    return path.y[len(k) :, -1]
+    return path.y[:, -1]

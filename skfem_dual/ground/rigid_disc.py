@@ -36,8 +36,14 @@ POLYNOMIALS, MORE = 26, 3.0
 SMALLEST_DISC, LARGEST_DISC = 1e-6, 100.0
 #: values of a law
 VALUES = 1001
-#: the factor of a law, 1 at the edge, levels off here on its way to zero and below
-FLOOR = 0.05
+#: the factor of a law, 1 at the edge, levels off here on its way to zero and below, rounded by
+#: so much, where cells at the edge are no wider than the way to its least value: pressures that
+#: vary linearly over the factor follow the ground then. In cells from so many times as wide on it
+#: is all they have, and levels off at zero but for the rounding
+LEVEL, ROUNDED = 0.15, 0.1
+FINE, COARSE = 1.25, 1.75
+#: factors below it are no rounding of pressures that vanish inside
+PULLS = -0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,20 +106,26 @@ class EdgeLaw:
     factors : (n,) array of float
         The factor where the root of the distance is 0, ..., n - 1 times ``sqrt(reach) / (n - 1)``;
         1 at the edge, positive everywhere.
+    pulls : bool
+        Whether the ground would have to pull inside, as a crust does that bends away.
     """
 
     reach: float
     factors: ndarray
+    pulls: bool = False
 
     @classmethod
-    def of(cls, disc: RigidDisc) -> "EdgeLaw":
+    def of(cls, disc: RigidDisc, width: float = 0.0) -> "EdgeLaw":
         """Where a soft ground lies below a stiff crust, the pressure may fall to zero and below
-        inside, where no weight can follow: the factor levels off."""
+        inside, where no weight can follow: the factor levels off, above zero where cells at the
+        edge, of such a ``width``, can follow it."""
         d = disc.radius * np.linspace(0, 1, VALUES) ** 2
         regular = disc.regular(d)
         factor = regular / regular[0]
-        above = (factor + np.hypot(factor, 2 * FLOOR)) / 2
-        return cls(disc.radius, readonly(above / above[0]))
+        bottom = d[np.argmin(factor)]
+        level = np.interp(width, [FINE * bottom, COARSE * bottom], [LEVEL, 0.0])
+        above = (factor + level + np.hypot(factor - level, ROUNDED)) / 2
+        return cls(disc.radius, readonly(above / above[0]), bool(factor.min() < PULLS))
 
     @property
     def steepness(self) -> float:
@@ -124,14 +136,20 @@ class EdgeLaw:
         return float(np.abs(slope / 2 - 0.5).max())
 
 
-def edge_law(substrate: Substrate, size: float) -> EdgeLaw | None:
-    """The law of a ground for plans as large as a disc of radius ``size``; None if the ground is
-    homogeneous, or as good as that under plans so small."""
+def edge_law(substrate: Substrate, size: float, width: float = 0.0) -> EdgeLaw | None:
+    """The law of a ground for plans as large as a disc of radius ``size`` and cells of such a
+    ``width`` at their edge; None if the ground is homogeneous, or as good as that under plans so
+    small."""
     if not isinstance(substrate, Stratified) or size < SMALLEST_DISC * substrate.lengths[0]:
         return None
-    return _law(substrate, size)
+    return _law(substrate, size, width)
 
 
 @lru_cache(maxsize=16)
-def _law(ground: Stratified, size: float) -> EdgeLaw:
-    return EdgeLaw.of(RigidDisc.on(ground, min(size, LARGEST_DISC * ground.lengths[0])))
+def _law(ground: Stratified, size: float, width: float) -> EdgeLaw:
+    return EdgeLaw.of(_disc(ground, min(size, LARGEST_DISC * ground.lengths[0])), width)
+
+
+@lru_cache(maxsize=16)
+def _disc(ground: Stratified, radius: float) -> RigidDisc:
+    return RigidDisc.on(ground, radius)
