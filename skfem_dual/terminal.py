@@ -63,7 +63,10 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         if message.startswith("unrecognized arguments: ") and " -" not in message:
-            message += ". Remedy: all files side by side, options before or behind them"
+            message += (
+                ". Remedy: quotes around words that belong together; all footings of solve side "
+                "by side, options before or behind them; one mesh for check and dual"
+            )
         self.exit(2, one_line(f"{self.prog}: error: {message} (see --help)", LINE) + "\n")
 
 

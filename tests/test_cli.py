@@ -562,7 +562,7 @@ def test_words_in_other_characters_than_those_of_the_terminal(tmp_path):
 def test_files_on_both_sides_of_options(capsys):
     found = run(capsys, "solve", DISC, *LOAD, DISC)
     assert found[0] == 2
-    assert "Remedy: all files side by side" in found[2][0]
+    assert "Remedy: quotes around words that belong together; all footings" in found[2][0]
 
 
 @pytest.mark.parametrize(

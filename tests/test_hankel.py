@@ -34,6 +34,7 @@ def test_single_wave_numbers_see_thin_seams():
     for k in (0.03, 0.1, 0.3):
         assert smooth.symbol(k) == pytest.approx(seam.symbol(k), rel=1e-8)
         assert smooth.symbol([k, 1.0])[0] == pytest.approx(smooth.symbol(k), rel=1e-9)
+    assert smooth.symbol(np.full(300, 0.1)) == pytest.approx(seam.symbol(0.1), rel=1e-8)
 
 
 def test_symbols_are_known_between_and_beyond_their_nodes():

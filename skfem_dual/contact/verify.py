@@ -20,7 +20,7 @@ from .unilateral import How, between
 #: error of a load, over the largest one imposed on the body, or else over that of its pressures
 BALANCE = 1e-8
 #: beside far larger loads it has fewer digits: its measure is so much of the largest of all, but
-#: no more than so many times the load itself
+#: no more than so many times the load itself, if there is one
 BESIDE, FEWER = 1e-5, 100.0
 #: distances in contact and overlaps beside it, over the largest settlement of the ground
 GAP = 1e-7

@@ -37,7 +37,7 @@ def trace(mesh: MeshTet | MeshHex, boundary: Any) -> MeshTri | MeshQuad:
     TypeError
         If the mesh is no solid of tetrahedra or hexahedra.
     ValueError
-        If the boundary is unknown, has no facets, or is not horizontal.
+        If the boundary is unknown, has no facets, or some inside the solid, or is not horizontal.
 
     Examples
     --------

@@ -38,9 +38,9 @@ Moduli = Callable[[ndarray], tuple[ndarray, ndarray]]
 FORGOTTEN = 20.0
 #: tolerance of compliances at the surface
 RTOL = 3e-11
-#: the longest step of 1 with fewer values than so many: they would pass over thin seams between
-#: moduli that hardly vary, which some of many wave numbers do not
-STEP, MANY = 1 / 512, 1000
+#: the longest step of 1 with fewer wave numbers than so many, or over a smaller range: they would
+#: pass over thin seams between moduli that hardly vary, which some of many wave numbers do not
+STEP, MANY, WIDE = 1 / 512, 250, 1000.0
 
 
 def homogeneous(ratio: ArrayLike, poisson: ArrayLike) -> ndarray:
@@ -206,7 +206,7 @@ def through_graded(
         start += [value * np.ones(len(k)) for value in (1.0, 0.0, 0.0, 1.0)]
     # below the surface nothing is known better than the integrals over waves
     rtol = 1e-9 if down else RTOL
-    end = _integrated(rate, np.concatenate(start), rtol)
+    end = _integrated(rate, np.concatenate(start), k, rtol)
     out = end[len(k) :].reshape(-1, len(k))
     tractions = out[3:].T.reshape(-1, 2, 2) if down else np.zeros((len(k), 2, 2))
     return out[:3], tractions
@@ -231,12 +231,15 @@ def across_graded(s: ndarray, k: ndarray, bottom: ndarray, moduli: Moduli) -> nd
         return np.concatenate([climb, way * (s * s / own - own)])
 
     start = np.concatenate([up.start, s])
-    return _integrated(rate, start, RTOL)[len(k) :]
+    return _integrated(rate, start, k, RTOL)[len(k) :]
 
 
-def _integrated(rate: Callable[[float, ndarray], ndarray], start: ndarray, rtol: float) -> ndarray:
-    """What a value at 0 has become at 1."""
-    limits = {"rtol": rtol, "atol": rtol / 100, "max_step": STEP if len(start) < MANY else np.inf}
+def _integrated(
+    rate: Callable[[float, ndarray], ndarray], start: ndarray, k: ndarray, rtol: float
+) -> ndarray:
+    """What a value at 0 has become at 1, for some wave numbers."""
+    step = STEP if len(k) < MANY or k.max() < WIDE * k.min() else np.inf
+    limits = {"rtol": rtol, "atol": rtol / 100, "max_step": step}
     path = scipy.integrate.solve_ivp(rate, (0.0, 1.0), start, "DOP853", **limits)
     if not path.success:
         raise ConvergenceError(f"the compliance could not be integrated: {path.message}")

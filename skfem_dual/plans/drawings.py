@@ -182,7 +182,9 @@ def _piece(entity: Any, path: Path) -> Shape:
 
 def _distinct(found: list[Shape], tol: float, path: Path) -> list[Shape]:
     """The shapes without those shorter than ``tol``, and those drawn twice, which are told."""
-    kept = [shape for shape in found if np.ptp(shape[0], axis=1).max() > tol]
+    # in one stroke what is drawn twice to the last digit, many times in some drawings
+    alike = {(x.tobytes(), bulges.tobytes(), ring): (x, bulges, ring) for x, bulges, ring in found}
+    kept = [shape for shape in alike.values() if np.ptp(shape[0], axis=1).max() > tol]
     if not kept:
         return found
     boxes = np.array([np.append(x.min(axis=1), x.max(axis=1)) for x, *_ in kept])

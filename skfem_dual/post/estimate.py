@@ -35,7 +35,8 @@ class CoupleEstimate(ReadOnly):
         Whether the exact settlement, Lx and Ly are expected between them. The settlement: of
         flat punches in full contact with constant pressures, dual cells collocated at their nodes
         and triangles at their centroids, unless the origin lies where the inclination lifts it by
-        a fifth of the settlement of the centroid or more. An inclination, besides: where the
+        a fifth of the settlement of the centroid or more, or that is hardly more than what the
+        mesh makes of moments alone. An inclination, besides: where the
         triangles tilt more
         in the same direction, by about as much as such solutions do. One that is zero by symmetry
         has the signs of the mesh and is not. Found so under given loads on every valid mesh

@@ -164,9 +164,15 @@ def _smoothed(solution: Any, other: Any) -> ndarray:
     """Pressures of cells, by the Postprocessor if there are two solutions."""
     if other is None:
         return solution.pressure
-    if getattr(solution.footprint.basis, "grid", None) == "dual":
-        return postprocess(solution, other).on_cells
-    return postprocess(other, solution).on_triangles
+    dual = getattr(solution.footprint.basis, "grid", None) == "dual"
+    try:
+        found = postprocess(*((solution, other) if dual else (other, solution)))
+    except ConvergenceError as error:
+        raise ConvergenceError(
+            "too few pressures are left to carry force and moments. Remedy: leave out other=, or "
+            "smaller cells where contact is"
+        ) from error
+    return found.on_cells if dual else found.on_triangles
 
 
 @dataclass(frozen=True, eq=False)

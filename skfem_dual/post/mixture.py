@@ -90,7 +90,7 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
       It is reduced by a part of the difference, and what is left of the load is that of the ring.
 
     Where one continued ring of triangles makes them carry far less or more than the load, as
-    around holes, the closer solution keeps its pressures.
+    around holes, the closer solution keeps its pressures, in each part of the plan by itself.
 
     On ground that is not homogeneous the law of the edge has a factor, which is that of a disc:
     under other plans the pressure over it is not linear in the outer rings, most of all next to
@@ -108,22 +108,50 @@ def mixture(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution
         return Mixture(cells, laws, shares, weighted[0] / len(laws), reason)
     opposed = solutions[0].punch.collocation == "node"
     closer = Mixture(cells, [raw[int(opposed)]], [1.0], float(not opposed), "")
-    if any(_too_few(couple, law, outer) for law, outer in zip(raw, couple.outer(2))):
+    few = [_too_few(couple, law, outer) for law, outer in zip(raw, couple.outer(2))]
+    loaded = np.bincount(_parts(couple, closer.laws[0]), closer.laws[0].pressure != 0) > 0
+    kept = loaded & (few[0] | few[1])
+    if (kept == loaded).all():
         reason = "too few cells away from the edge, those of the closer solution are kept"
         return replace(closer, reason=reason)
-    found = _sharpened(couple, solutions, raw)
+
+    def sharpened(laws: Sequence[Law], kept: ndarray) -> Mixture:
+        found = _sharpened(couple, solutions, [_within(couple, law, ~kept) for law in laws])
+        return _with_kept(couple, found, closer, kept)
+
+    found = sharpened(raw, kept)
     if raw[0].weights.law is not None:
         plain = [Law(_edge_weighted(s, HOMOGENEOUS), s.pressure) for s in solutions]
-        other = _sharpened(couple, solutions, plain)
-        own, by_other, kept = (means(couple, m.laws, m.shares) for m in (found, other, closer))
-        apart, moved = (couple.areas @ (own - p) ** 2 for p in (by_other, kept))
+        other = sharpened(plain, kept)
+        own, by_other, by_closer = (
+            means(couple, m.laws, m.shares) for m in (found, other, closer)
+        )
+        apart, moved = (couple.areas @ (own - p) ** 2 for p in (by_other, by_closer))
         if not apart <= AGREE**2 * moved:
             reason = "the law of the edge is not known, cells of the closer solution are kept"
             return replace(closer, reason=reason)
-    ring = _continued(couple, raw[1], couple.outer(1)[1])
-    if np.abs(_missed(couple, ring, raw[1])).max() > SPOILT:
+    law = _within(couple, raw[1], ~kept)
+    ring = _continued(couple, law, couple.outer(1)[1])
+    if not (spoilt := np.abs(_missed(couple, ring, law)) > SPOILT).any():
+        return found
+    kept = kept | spoilt
+    if (kept == loaded).all():
         return replace(closer, reason="too coarse to continue, the closer solution is kept")
-    return found
+    return sharpened(raw, kept)
+
+
+def _with_kept(couple: RegularCouple, found: Mixture, closer: Mixture, kept: ndarray) -> Mixture:
+    """With the pressures of the closer solution in some parts of the plan."""
+    if not kept.any():
+        return found
+    laws = [*found.laws, *(_within(couple, law, kept) for law in closer.laws)]
+    reason = f"{found.reason}; {kept.sum()} of {len(kept)} parts keep those of the closer solution"
+    return replace(found, laws=laws, shares=[*found.shares, 1.0], reason=reason)
+
+
+def _within(couple: RegularCouple, law: Law, parts: ndarray) -> Law:
+    """With pressures in some parts of the plan only."""
+    return replace(law, pressure=np.where(parts[_parts(couple, law)], law.pressure, 0.0))
 
 
 def _sharpened(
@@ -164,11 +192,11 @@ def _known(law: Law, outer: ndarray) -> ndarray:
     return ~outer & (law.pressure != 0)
 
 
-def _too_few(couple: RegularCouple, law: Law, outer: ndarray) -> bool:
-    """Whether a part of the plan in contact has too few cells that are not in the outer rings."""
+def _too_few(couple: RegularCouple, law: Law, outer: ndarray) -> ndarray:
+    """Parts of the plan in contact with too few cells that are not in the outer rings."""
     of = _parts(couple, law)
     known, loaded = (np.bincount(of, each) for each in (_known(law, outer), law.pressure != 0))
-    return bool(np.any((loaded > 0) & (known < FEWEST)))
+    return (loaded > 0) & (known < FEWEST)
 
 
 def _parts(couple: RegularCouple, law: Law) -> ndarray:
