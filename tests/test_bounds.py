@@ -1,5 +1,7 @@
 """Bounds of settlement and tilt against exact values."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from marks import slow
@@ -168,6 +170,29 @@ def test_both_grids_have_the_same(soil):
     assert one.tilt == pytest.approx(other.tilt, abs=1e-9 * one.settlement[1])
     # Fredholm's equation of the second kind with 320 points
     assert soil is UNIT or one.settlement[0] < 0.01286488 < one.settlement[1]
+
+
+@pytest.mark.parametrize("grid", ["dual", *slow("triangles")])
+@pytest.mark.parametrize("n", [150, 200, *slow(300)])
+def test_squares_on_a_stiff_crust(n, grid):
+    """Both grids err alike at corners, where the law is that of a disc; by 1200 graded cells."""
+    crust = LayeredHalfSpace([Layer(0.1, 20.0, 0.3)], HalfSpace(1.0, 0.45))
+    dual = DualMesh.from_mesh(fine_rectangle(2.0, 2.0, n=n))
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    exact = settlement_on_many(crust)
+    low, high = RigidPunch(crust, basis).solve(1.0, unilateral=False).bounds.settlement
+    assert low < exact < high
+    assert high - low < 1e-2 * exact
+
+
+@cache
+def settlement_on_many(ground):
+    mesh = fine_rectangle(2.0, 2.0, n=1200, graded=0.25)
+    return (
+        RigidPunch(ground, DualMesh.from_mesh(mesh).basis())
+        .solve(1.0, unilateral=False)
+        .settlement
+    )
 
 
 def test_crusts_are_not_taken_for_thin_layers():

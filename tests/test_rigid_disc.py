@@ -92,6 +92,26 @@ def test_law_stays_positive(thickness):
     assert law.pulls
 
 
+@pytest.mark.parametrize(
+    ("thickness", "ratio", "pulls"),
+    [(0.1, 5, False), (0.1, 10, True), (0.2, 5, False), (0.2, 10, True), (0.5, 7.4, False)],
+)
+def test_crusts_that_bend_away(thickness, ratio, pulls):
+    """Those that nearly do, too: the pressure vanishes and comes again inside."""
+    ground = LayeredHalfSpace([Layer(thickness, ratio, 0.3)], HalfSpace(1.0, 0.45))
+    assert edge_law(ground, 1.0).pulls == pulls
+
+
+def test_the_first_of_two_dips_tells():
+    """Where the second became the deeper one, the level jumped."""
+    levels = []
+    for young in (0.0129, 0.0130):
+        layers = [Layer(0.03, 1.0, 0.3), Layer(0.5, 0.1, 0.3)]
+        law = edge_law(LayeredHalfSpace(layers, HalfSpace(young, 0.45)), 1.0, 0.1)
+        levels.append(law.factors)
+    assert levels[1] == pytest.approx(levels[0], abs=5e-3)
+
+
 def test_where_the_law_levels_off_depends_on_the_cells():
     """Those finer than the way to the bottom have pressures that follow it; for coarser ones it
     tells what lies where inside them."""

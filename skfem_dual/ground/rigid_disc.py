@@ -42,8 +42,11 @@ VALUES = 1001
 #: is all they have, and levels off at zero but for the rounding
 LEVEL, ROUNDED = 0.15, 0.1
 FINE, COARSE = 1.25, 1.75
-#: factors below it are no rounding of pressures that vanish inside
-PULLS = -0.05
+#: a crust bends away inside if the factor falls below the first, or below the second and rises by
+#: as much again
+PULLS, REBOUNDS = -0.05, 0.1
+#: the first of the least values below it is where the way ends
+LOW = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +110,8 @@ class EdgeLaw:
         The factor where the root of the distance is 0, ..., n - 1 times ``sqrt(reach) / (n - 1)``;
         1 at the edge, positive everywhere.
     pulls : bool
-        Whether the ground would have to pull inside, as a crust does that bends away.
+        Whether the ground would have to pull inside, or nearly so, as a crust does that bends
+        away.
     """
 
     reach: float
@@ -122,10 +126,13 @@ class EdgeLaw:
         d = disc.radius * np.linspace(0, 1, VALUES) ** 2
         regular = disc.regular(d)
         factor = regular / regular[0]
-        bottom = d[np.argmin(factor)]
+        least = factor.min()
+        dips = (factor[1:-1] < factor[:-2]) & (factor[1:-1] <= factor[2:]) & (factor[1:-1] < LOW)
+        bottom = d[1 + np.argmax(dips) if dips.any() else np.argmin(factor)]
         level = np.interp(width, [FINE * bottom, COARSE * bottom], [LEVEL, 0.0])
         above = (factor + level + np.hypot(factor - level, ROUNDED)) / 2
-        return cls(disc.radius, readonly(above / above[0]), bool(factor.min() < PULLS))
+        rebounds = least < REBOUNDS and factor[-1] - least > REBOUNDS
+        return cls(disc.radius, readonly(above / above[0]), bool(rebounds or least < PULLS))
 
     @property
     def steepness(self) -> float:

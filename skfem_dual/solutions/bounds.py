@@ -34,6 +34,9 @@ FULL, LIFTED, SHAPED = 0.9, 1.7, 3.0
 FLOOR, ROUND, CORNERED = 1e-5, ((0.01, 0.02), (0.01, 0.08)), ((0.016, 0.02), (0.016, 0.08))
 PRESSED_OVER, BY_CELLS, ENDS_WITH_CELLS = (0.2, 0.02), (0.02, 0.01), (0.3, 0.5)
 
+#: how many times half widths are as large on crusts that bend away, where both grids err alike
+CRUST = 3.0
+
 Side = Literal["found", "proven"]
 
 
@@ -174,6 +177,8 @@ def _half(found: list[Any], positions: list[ndarray]) -> ndarray:
         farthest = by * np.column_stack([off[:, 0], np.hypot(*off[:, 1:].T)])
         half = np.maximum(half, farthest.max(axis=0)[[0, 1, 1]])
     cells = solution.footprint
+    if cells.weights is not None and cells.weights.law is not None and cells.weights.law.pulls:
+        half *= CRUST
     length = np.sqrt(cells.partition.areas.sum())
     size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, np.hypot(*best[1:]))
     count = _as_if_round(solution) if shaped else len(solution.contact)
