@@ -168,12 +168,12 @@ def _sharpened(
         if np.abs(np.dot(shares, missed)).max() < CARRIED:
             return Mixture(cells, laws, shares, OPPOSED, "errors of opposite signs cancel")
         law = _continued(couple, raw[1], rings[0][1])
-        law = _balanced(couple, law, raw[1], np.ones(len(law.pressure), dtype=bool))
+        law = _balanced(couple, law, solutions[1], np.ones(len(law.pressure), dtype=bool))
         return Mixture(cells, [law], [1.0], 0.0, "too coarse to mix, triangles are closer")
     first, second = (_continued(couple, *pair) for pair in zip(raw, rings[0], strict=True))
     excess = _apart(first, second, rings[1][1])
     law = replace(first, pressure=first.pressure * (1 - BEYOND * excess))
-    law = _balanced(couple, law, raw[0], rings[0][0])
+    law = _balanced(couple, law, solutions[0], rings[0][0])
     return Mixture(cells, [law], [1.0], 1.0, "errors of one sign, that of dual cells reduced")
 
 
@@ -224,16 +224,17 @@ def _continued(couple: RegularCouple, law: Law, outer: ndarray) -> Law:
     return replace(law, pressure=s * w)
 
 
-def _balanced(couple: RegularCouple, law: Law, raw: Law, changed: ndarray) -> Law:
+def _balanced(couple: RegularCouple, law: Law, solution: PunchSolution, changed: ndarray) -> Law:
     """With pressures in some of the cells changed by a linear function times them, which gives
     each part of the plan force and moments as in the solution, in the mean square where they lie
     in a line."""
     cells, pressure, of = law.cells, law.pressure.copy(), _parts(couple, law)
     size = np.array([[1.0], *[[np.sqrt(cells.partition.areas.sum())]] * 2])
     planes, loads = cells.planes(cells.acting) / size, cells.resultants / size
+    given = solution.footprint.resultants * solution.pressure / size
     for number in range(of.max() + 1):
         own, part = of == number, changed & (of == number)
-        missing = loads[:, own] @ (raw.pressure - pressure)[own]
+        missing = given[:, own].sum(axis=1) - loads[:, own] @ pressure[own]
         shares = planes[:, part] * np.abs(pressure[part])
         factor = np.linalg.lstsq(loads[:, part] @ shares.T, missing, rcond=None)[0]
         pressure[part] += factor @ shares
