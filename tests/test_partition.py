@@ -130,6 +130,15 @@ def test_hanging_nodes_of_quadrilaterals(angle):
     assert len(Partition.from_mesh(grid.refined())) == 256
 
 
+@pytest.mark.parametrize("size", [1e-95, 1e-80, 1.0, 1e80, 1e95])
+def test_quadrilaterals_of_any_size(size):
+    """Products of two areas leave the range of numbers."""
+    line = np.linspace(0, 1, 5) ** 1.2
+    grid = MeshQuad.init_tensor(line, line)
+    sheared = grid.p + np.array([[0.1], [0.0]]) * grid.p[1]  # no lattice
+    assert len(Partition.from_mesh(MeshQuad(size * sheared, grid.t))) == 16
+
+
 def test_quadrilaterals_on_top_of_each_other():
     grid = MeshQuad.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 5))
     inner = grid.interior_nodes()

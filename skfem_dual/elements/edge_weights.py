@@ -91,7 +91,7 @@ class EdgeWeights(ReadOnly):
         law = None
         if substrate is not None:
             size = float(np.sqrt(partition.areas.sum() / np.pi))
-            # cells are cut where the law needs it, but their pressures are linear over it
+            # of cells at the edge, which decides how far the law falls inside them
             width = float(np.sqrt(np.median(partition.areas[partition.f2c[0, ribs]])))
             law = edge_law(substrate, size, width)
         # phi varies by less than that where w does not vary by VARIATION; so it is around a node

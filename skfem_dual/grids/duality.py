@@ -109,17 +109,16 @@ def _partition(grid: Partition, name: str) -> Iterator[Condition]:
         self_crossing(polygons),
     )
     # cells lie to the left of their sides: only at ribs with one cell can their number change
-    length = np.hypot(*np.subtract(*grid.ends(np.arange(grid.facets.shape[1]))))
-    rim = np.nonzero((grid.f2c < 0).any(axis=0) & (length > rounding(polygons.p)))[0]
-    cell = grid.f2c[:, rim].max(axis=0)
-    facets = np.where(grid.f2c[0, rim] >= 0, grid.facets[:, rim], grid.facets[::-1, rim])
-    start, end = (polygons.p[:, node] for node in facets)
-    normal = np.stack([start[1] - end[1], end[0] - start[0]]) / length[rim]
+    rim = np.nonzero(grid.f2c[1] < 0)[0]
+    length = np.hypot(*np.subtract(*grid.ends(rim)))
+    rim, length = (each[length > rounding(polygons.p)] for each in (rim, length))
+    (start, end), cell = grid.ends(rim), grid.f2c[0, rim]
+    normal = np.stack([start[1] - end[1], end[0] - start[0]]) / length
     inside = (start + end) / 2 + normal * (polygons.areas / polygons.radii)[cell]
     yield Condition(
         f"no place covered twice by {name}",
         f"rib of {name}",
-        rim[covered_twice(polygons.p, facets, inside)],
+        rim[covered_twice(polygons.p, grid.facets[:, rim], inside)],
         "parts with these boundary ribs overlap: remove or move one",
     )
 

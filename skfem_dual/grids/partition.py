@@ -222,7 +222,11 @@ def _quadrilateral_conditions(mesh: MeshQuad1) -> Iterator[Condition]:
     long = np.hypot(*(end - start)) > 1e-12 * np.sqrt(size.max())
     inner = np.nonzero(long & (mesh.f2t[1] != -1))[0]
     along = (end - start)[:, inner]
-    one, other = (cross(along, v.mean(axis=1)[:, k] - start[:, inner]) for k in mesh.f2t[:, inner])
+    middles = v.mean(axis=1)
+    # signs, as products of areas leave the range of numbers
+    one, other = (
+        np.sign(cross(along, middles[:, k] - start[:, inner])) for k in mesh.f2t[:, inner]
+    )
     yield Condition(
         "the two quadrilaterals of a facet on different sides of it",
         "facet",

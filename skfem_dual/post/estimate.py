@@ -34,14 +34,12 @@ class CoupleEstimate(ReadOnly):
     bracketed : (3,) array of bool
         Whether the exact settlement, Lx and Ly are expected between them. The settlement: of
         flat punches in full contact with constant pressures, dual cells collocated at their nodes
-        and triangles at their centroids, unless the origin lies where the inclination lifts it by
-        a fifth of the settlement of the centroid or more, or that is hardly more than what the
-        mesh makes of moments alone. An inclination, besides: where the
-        triangles tilt more
-        in the same direction, by about as much as such solutions do. One that is zero by symmetry
-        has the signs of the mesh and is not. Found so under given loads on every valid mesh
-        tried, of inclinations but 2 of 153, on triangles with angles of 1 to 2 degrees; not
-        proven.
+        and triangles at their centroids; not where the inclination lifts the origin by a fifth of
+        the settlement of the centroid or more, nor where that is as small as what the inclinations
+        differ by over the plan. An inclination, besides: where the triangles tilt more in the same
+        direction, by about as much as such solutions do. One that is zero by symmetry has the
+        signs of the mesh and is not. Found so under given loads on every valid mesh tried, of
+        inclinations but 2 of 153, on triangles with angles of 1 to 2 degrees; not proven.
     mixed_settlement : float
         Mixture of both in which their errors cancel to first order, if they bracket the exact
         value; the mean of both otherwise.

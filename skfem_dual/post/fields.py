@@ -168,9 +168,9 @@ def _smoothed(solution: Any, other: Any) -> ndarray:
     try:
         found = postprocess(*((solution, other) if dual else (other, solution)))
     except ConvergenceError as error:
+        reason = str(error).split(". Remedy")[0]  # the remedy is another here
         raise ConvergenceError(
-            "too few pressures are left to carry force and moments. Remedy: leave out other=, or "
-            "smaller cells where contact is"
+            f"{reason}. Remedy: leave out other=, or smaller cells where contact is"
         ) from error
     return found.on_cells if dual else found.on_triangles
 

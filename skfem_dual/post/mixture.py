@@ -200,10 +200,8 @@ def _too_few(couple: RegularCouple, law: Law, outer: ndarray) -> ndarray:
 
 
 def _parts(couple: RegularCouple, law: Law) -> ndarray:
-    """Number of the part of the plan in which each cell lies, the same on both grids."""
-    dual = couple.dual
-    of_cells = dual.partition.parts(np.ones(len(dual), dtype=bool))
-    return of_cells if law.cells.on_dual_cells else of_cells[dual.mesh.t[0]]
+    """Number of the part of the plan in which each cell lies."""
+    return couple.parts[0 if law.cells.on_dual_cells else 1]
 
 
 def _missed(couple: RegularCouple, law: Law, raw: Law) -> ndarray:

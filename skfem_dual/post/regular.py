@@ -70,6 +70,12 @@ class RegularCouple:
         return self.dual.partition, self.dual.primal_partition
 
     @computed_once
+    def parts(self) -> tuple[ndarray, ndarray]:
+        """Numbers of the parts of the plan in which dual cells and triangles lie."""
+        of_cells = self.dual.partition.parts(np.ones(len(self.dual), dtype=bool))
+        return of_cells, of_cells[self.dual.mesh.t[0]]
+
+    @computed_once
     def areas(self) -> ndarray:
         """Areas of dual cells and triangles."""
         return np.concatenate([grid.areas for grid in self.partitions])
