@@ -89,6 +89,15 @@ def one_line(text: str, length: int) -> str:
     return f"{text[: length - len(tail) - 5].rstrip()} ... {tail.lstrip()}"
 
 
+def without_remedy(message: object) -> str:
+    """A message, or that of an error, where another remedy follows.
+
+    >>> without_remedy(ValueError("expected this, got that. Remedy: mend it"))
+    'expected this, got that'
+    """
+    return str(message).partition(". Remedy")[0]
+
+
 def listed(words: Sequence[str]) -> str:
     """Words in a row.
 

@@ -167,9 +167,34 @@ def test_cells_too_thin_for_the_law_of_the_edge():
         punch.solve(1.0, unilateral=False)
     with pytest.warns(ResolutionWarning, match="have to pull"):
         punch.stiffness()
+    beside = generate.disc(n=40).translated((4.0, 0.0))
+    pair = [RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(beside).basis()), punch]
+    load = {"force": 1.0}
+    for solve in (
+        lambda: punch.solve_many([load], unilateral=False),
+        lambda: load_path(punch, [load], unilateral=False),
+        lambda: RigidPunches(pair, names=["A", "thin"]).solve([load] * 2, unilateral=False),
+        lambda: RigidPunches(pair).solve_many([[load] * 2], unilateral=False),
+        lambda: RigidPunches(pair, joined=[(0, 1)]).solve([load], unilateral=False),
+    ):
+        with pytest.warns(ResolutionWarning, match="^(punch thin: |punch 1: |)under a .* to pull"):
+            solve()
     constant = RigidPunch(HalfSpace(1.0, 0.0), punch.basis, edge="constant")
     exact = ellipk(1 - 1e-6) / np.pi
     assert constant.solve(1.0, unilateral=False).settlement == pytest.approx(exact, rel=2e-2)
+
+
+def test_contact_of_cases_that_press_over_the_edge_and_not():
+    """In whatever order, and as found alone."""
+    gap = Paraboloid(25.0)
+    punch = RigidPunch(SOIL, cells(), gap=gap)
+    loads = [{"force": 0.05}, {"force": 0.01, "at": (0.6, 0.0)}, {"force": 0.02}]
+    alone = [RigidPunch(SOIL, punch.basis, gap=gap).solve(**load) for load in loads]
+    assert [found.punch.edge for found in alone] == ["constant", "singular", "constant"]
+    for order in ([0, 1, 2], [2, 0, 1]):
+        found = punch.solve_many([loads[k] for k in order])
+        areas = [alone[k].contact_area for k in order]
+        np.testing.assert_allclose(found.contact_area, areas, rtol=1e-9)
 
 
 def crust(ratio):

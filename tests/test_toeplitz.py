@@ -70,6 +70,20 @@ def test_few_cells_are_multiplied_by_their_matrix(basis):
     assert operator @ q == pytest.approx(operator.to_dense() @ q, rel=1e-12)
 
 
+def test_other_points_to_the_tolerance_that_was_asked():
+    """Not to that of the transforms, which would take an exact matrix."""
+    basis = CellBasis(MeshQuad().refined(6), ElementQuad0())
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, rtol=1e-4, edge="constant")
+    assert operator.method == "toeplitz"
+    x = np.random.default_rng(0).random((2, 6000))
+    other = operator.at(x)
+    assert (other.method, other.rtol) == ("fast", 1e-4)
+    pressure = np.ones(len(operator.partition))
+    exact = other.rows(np.arange(9)) @ pressure
+    np.testing.assert_allclose((other @ pressure)[:9], exact, rtol=2e-4)
+    assert operator.at(x[:, :9], rtol=0.0).method == "dense"
+
+
 def test_a_row_of_cells_and_a_single_one():
     for nx, ny in ((1, 1), (5, 1), (1, 7)):
         mesh = MeshQuad.init_tensor(np.arange(nx + 1.0), 2 * np.arange(ny + 1.0))

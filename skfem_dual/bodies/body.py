@@ -239,8 +239,9 @@ class Movable(Body):
             warn(coarse, ResolutionWarning)
         return stiffness
 
-    def warn_of_pulling(self) -> None:
-        """Warn where pressures under a mere settlement show that the law of the edge fails."""
+    def warn_of_pulling(self, name: str = "") -> None:
+        """Warn where pressures under a mere settlement show that the law of the edge fails; with
+        a ``name`` said first."""
         if self.weights is None:
             return
         areas, pressure = self.partition.areas, self.system.unit_pressures[:, 0]
@@ -250,7 +251,7 @@ class Movable(Body):
             constant = plain.system.unit_pressures[:, 0]
             message = pulling(areas, pressure, constant)
         if message:
-            warn(message, ResolutionWarning)
+            warn(name + message, ResolutionWarning)
 
     @property
     def _vertical_stiffness(self) -> ndarray:

@@ -133,6 +133,8 @@ def solve_cases(
         messages[k] = contact.message or contact.description
         if contact.success and (few := problem.rough(contact)):
             rough.append(f"{few[0]}; first in case {names[k]!r}")
+    if not how.unilateral and any(a is not None and a[0].success for a in answers):
+        problem.warn_of_pulling()
     for sharp, some in over.items():
         named = tuple(names[k] for k in some)
         found = solve_cases(sharp, named, [loads[k] for k in some], how, progress)

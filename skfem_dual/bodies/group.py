@@ -10,6 +10,7 @@ from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
 from ..contact.by_work import added_amid_others, added_by_work
+from ..contact.edges import pulling
 from ..contact.load import Constraints, Load, Share, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
@@ -285,6 +286,8 @@ class RigidPunches(RigidBodies):
             return sharp._solved(given, how, contact.pressure, progress)
         timings = self.timings | {"solution": seconds()}
         warn_of(contact, self.rough(contact))
+        if contact.success and not how.unilateral:
+            self.warn_of_pulling()
         return PunchesSolution(self, self.answers(given, contact, position, timings))
 
     def solve_many(
@@ -453,7 +456,15 @@ class RigidPunches(RigidBodies):
     def over_edge(self, pressure: ndarray) -> "RigidPunches | None":
         """The same with edges of flat punches where shaped ones press over that of their plan."""
         pressure = checked_array("pressure", pressure, (len(self.cells),), each="cell")
-        return over_edges(self, self.slices, pressure, self._sharp)
+        return over_edges(self, pressure, self._sharp)
+
+    def warn_of_pulling(self, name: str = "") -> None:
+        """Warn of punches that would have to be pulled down alone, too, see `RigidPunch`."""
+        areas, pressures = self.cells.partition.areas, self.system.unit_pressures
+        each = zip(self.members, self.names, self.parts, self.slices, strict=True)
+        for punch, called, part, own in each:
+            if pulling(areas[own], pressures[own, 3 * part.body]):
+                punch.warn_of_pulling(f"{name}punch {called}: ")
 
     @computed_once
     def _sharp(self) -> dict[tuple[bool, ...], "RigidPunches"]:

@@ -78,17 +78,13 @@ def _punch_on(
     return RigidPunch(substrate, basis, origin=tuple(centre.tolist()))
 
 
-def over_edges(
-    group: Any, cells: Sequence[slice], pressure: ndarray, known: dict[tuple[bool, ...], Any]
-) -> Any:
+def over_edges(group: Any, pressure: ndarray, known: dict[tuple[bool, ...], Any]) -> Any:
     """Bodies with the edges of flat punches where shaped ones press over that of their plan.
 
     Parameters
     ----------
     group : RigidPunches or Punches
         The bodies.
-    cells : sequence of slice
-        Their cells.
     pressure : (n,) array of float
         Mean pressures of all cells.
     known : dict
@@ -99,7 +95,7 @@ def over_edges(
     RigidPunches or Punches, or None
         None if none of them presses over it.
     """
-    over = [p.over_edge(pressure[own]) for p, own in zip(group.punches, cells, strict=True)]
+    over = [p.over_edge(pressure[own]) for p, own in zip(group.punches, group.slices, strict=True)]
     which = tuple(punch is not None for punch in over)
     if not any(which):
         return None

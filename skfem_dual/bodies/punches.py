@@ -147,7 +147,7 @@ class Punches(FromFields):
     def _operator(self, ground: Ground, flat: ndarray) -> YieldingOperator:
         """The same where some cells are flat."""
         traces, loads, parts = [], [], []
-        for punch, own in zip(self.punches, self._slices, strict=True):
+        for punch, own in zip(self.punches, self.slices, strict=True):
             n = len(punch.footprint)
             if isinstance(punch, ElasticPunch):
                 traces.append(punch.trace)
@@ -229,7 +229,7 @@ class Punches(FromFields):
         with progress_bars(progress):
             found = short(np.zeros(len(constraints.fixed)), None)
             if found[0].success:
-                sharp = over_edges(self, self._slices, found[0].pressure, self._sharp)
+                sharp = over_edges(self, found[0].pressure, self._sharp)
                 if sharp is not None:
                     return sharp._solved(given, how, progress)
             contact, position = met(found, added, short)
@@ -261,11 +261,11 @@ class Punches(FromFields):
             for i, (punch, share, end) in enumerate(zip(self.punches, shares, ends, strict=True))
             if isinstance(punch, RigidPunch) and not share.constraints.of_forces
         ]
-        parts = [contact.under(own) for own in self._slices]
+        parts = [contact.under(own) for own in self.slices]
         return added_by_work(self.punches, parts, position, some)
 
     @computed_once
-    def _slices(self) -> list[slice]:
+    def slices(self) -> list[slice]:
         """Where the cells of each punch are among those of all."""
         return slices_of(self.footprints)
 
@@ -275,7 +275,7 @@ class Punches(FromFields):
         return {}
 
     def _shares(self, given: list[Any], flat: ndarray) -> list[Contribution]:
-        each = zip(self.punches, given, self._slices, strict=True)
+        each = zip(self.punches, given, self.slices, strict=True)
         return [_share(punch, load, flat[cells]) for punch, load, cells in each]
 
     def _system(self, shares: list[Contribution], flat: ndarray, dense: bool) -> ContactSystem:
@@ -338,7 +338,7 @@ class Punches(FromFields):
         position: ndarray,
         timings: dict[str, float],
     ) -> tuple[PunchSolution | ElasticSolution, ...]:
-        parts = [contact.under(own) for own in self._slices]
+        parts = [contact.under(own) for own in self.slices]
         moved = np.split(position, np.cumsum([len(share.planes) for share in shares])[:-1])
         pressed = tuple(map(Pressed.of, self.punches, parts))
         solutions: list[PunchSolution | ElasticSolution] = []

@@ -138,6 +138,11 @@ class RigidBodies(FromFields, ABC):
         press over that of their plan; None if none does."""
 
     @abstractmethod
+    def warn_of_pulling(self, name: str = "") -> None:
+        """Warn where pressures under mere settlements show that the law of the edge fails; with a
+        ``name`` said first."""
+
+    @abstractmethod
     def answers(
         self,
         loads: tuple[Load, ...],

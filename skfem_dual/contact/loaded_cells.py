@@ -83,6 +83,12 @@ class LoadedCells(ReadOnly):
         return seen_by(self.substrate, self.partition.areas[edge])
 
     @property
+    def bends_away(self) -> bool:
+        """Whether their ground is a crust that bends away from the middle of the plan."""
+        law = None if self.weights is None else self.weights.law
+        return law is not None and law.pulls
+
+    @property
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) of it."""
         if self.ground is self.substrate:

@@ -17,6 +17,7 @@ from ..grids.partition import Partition
 from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
 from ..kernels.progress import bars_shown, timed
+from ..messages import without_remedy
 from ..operators.dense_solver import ITERATED, DenseSolver
 from ..operators.factors import Factors
 from ..operators.flattened import FlattenedOperator
@@ -396,7 +397,7 @@ class ContactSystem:
         with nullcontext() if self._dense else limited_threads(1, "blas"):
             found = conjugate_gradients(problem, start, gap_rtol, most, bars_shown())
         if not found.success and isinstance(self.matrix, YieldingOperator):
-            reason = found.message.split(". Remedy")[0]  # there is another one
+            reason = without_remedy(found.message)
             found = replace(found, message=f"{reason}; {TOO_SOFT}")
         return found
 

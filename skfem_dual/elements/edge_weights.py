@@ -140,6 +140,11 @@ class EdgeWeights(ReadOnly):
         remember(out, "root", out._root_of(phi))
         return out
 
+    @property
+    def facets(self) -> ndarray:
+        """Facets of the mesh on the edge, ascending."""
+        return np.unique(self.partition.boundary[self.ribs])
+
     @computed_once
     def _edge(self) -> tuple[ndarray, ndarray, float]:
         """Ends of the ribs, and how far points on the edge are from it, at most."""

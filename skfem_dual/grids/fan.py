@@ -10,7 +10,7 @@ from skfem import CellBasis, Mesh
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import ReadOnly, computed_once, remember
 from .cellwise import CellwiseBasis
-from .corners import signed_areas
+from .corners import lone_first, signed_areas
 from .dual_mesh import DualMesh
 from .nearby import in_circles
 from .planar import ragged, rounding
@@ -172,10 +172,7 @@ class Fan(ReadOnly):
         at = values[self.t]
         crossed = (at > 0).any(axis=0) & (at < 0).any(axis=0)
         whole, cut = np.nonzero(~crossed)[0], np.nonzero(crossed)[0]
-        # the vertex alone on its side first
-        single = (at[:, cut] > 0).sum(axis=0) == 1
-        alone = np.argmax(np.where(single, at[:, cut] > 0, at[:, cut] < 0), axis=0)
-        a, b, c = self.t[(alone + np.arange(3)[:, None]) % 3, cut]
+        a, b, c = lone_first(self.t[:, cut], at[:, cut] > 0)
         # the diagonal from the vertex farther from the line, whatever their order
         turned = np.abs(values[b]) < np.abs(values[c])
         b, c = np.where(turned, c, b), np.where(turned, b, c)

@@ -169,7 +169,8 @@ class InfluenceOperator(LinearOperator):
         known = None if like is None else self._expansions(like)
         asked = method, m, n, float(rtol), layered, places
         self.method, self.estimate = choose(*asked, known is not None)
-        self.rtol = min(float(rtol), ROUNDING) if self.method == "toeplitz" else float(rtol)
+        self._asked = float(rtol)
+        self.rtol = min(self._asked, ROUNDING) if self.method == "toeplitz" else self._asked
         start = perf_counter()
         single = self.method == "fast" and rtol >= SINGLE
         self._entries = Entries(substrate, partition, x, weights, slopes, single)
@@ -215,15 +216,15 @@ class InfluenceOperator(LinearOperator):
         return cls(*cells, edge="constant" if law is None else law, collocation=points)
 
     def at(self, x: ndarray, rtol: float | None = None) -> "InfluenceOperator":
-        """From the same cells to other points ``x`` of shape (2, m), to the same tolerance if no
-        other is given.
+        """From the same cells to other points ``x`` of shape (2, m), to the tolerance asked of
+        this operator if no other is given.
 
         Raises
         ------
         TypeError, ValueError, MemoryError, ConvergenceError
             As the class.
         """
-        rtol = self.rtol if rtol is None else rtol
+        rtol = self._asked if rtol is None else rtol
         cells, points = (self.substrate, self.partition, rtol), as_points(x)
         law: Any = "constant" if self._law is None else self._law
         return type(self)(*cells, edge=law, collocation=points, like=self)

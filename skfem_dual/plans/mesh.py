@@ -12,6 +12,7 @@ from ..arguments import checked_indices, checked_integer
 from ..errors import MeshError
 from ..grids.checks import check_type
 from ..grids.curves import Curve, Width
+from ..grids.general import facet_numbers
 from ..grids.planar import covered_twice, directed_sides
 from ..grids.preprocess import repair
 from ..grids.short_facets import SHORT, STEEPER
@@ -128,12 +129,11 @@ def _together(meshes: list[MeshTri]) -> MeshTri:
         np.hstack([m.p for m in meshes]),
         np.hstack([m.t + np.int32(k) for m, k in zip(meshes, nodes)]),
     )
-    number = {(int(a), int(b)): i for i, (a, b) in enumerate(mesh.facets.T)}
     edge: list[int] = []
     holes: list[list[int]] = []
     for m, k in zip(meshes, nodes):
         for name, facets in (m.boundaries or {}).items():
-            found = [number[int(a) + int(k), int(b) + int(k)] for a, b in m.facets[:, facets].T]
+            found = facet_numbers(mesh, *(m.facets[:, facets] + np.int32(k))).tolist()
             if name == "edge":
                 edge += found
             else:

@@ -6,6 +6,7 @@ from ..arguments import Pair, checked_flag, checked_instance, checked_number, ch
 from ..contact.load import Load
 from ..errors import ResolutionWarning, warn
 from ..ground.substrates import Substrate, checked_substrate
+from ..kernels.once import remember
 from ..messages import place
 from ..operators.resources import available_memory
 from ..solutions.punch_solution import PunchSolution
@@ -146,7 +147,7 @@ def solve_plan(
     (solution,) = found.solutions
     parts = {f.name: getattr(solution, f.name) for f in fields(solution)}
     answer = PlanSolution(**parts, plan=plan, accuracy=accuracy_found)
-    vars(answer)["positions"] = solution.positions  # known already
+    remember(answer, "positions", solution.positions)
     return answer
 
 

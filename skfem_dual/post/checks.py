@@ -73,19 +73,12 @@ def _are_one(one: Substrate, other: Substrate, size: float) -> bool:
     return one.surface == other.surface and bool(alike)
 
 
-def edge_facets(solution: PunchSolution) -> ndarray:
-    """Facets of the mesh on the singular edge of edge-weighted cells, ascending; or none."""
-    weights = solution.punch.weights
-    if weights is None:
-        return np.empty(0, np.int32)
-    return np.unique(solution.punch.partition.boundary[weights.ribs])
-
-
 def _check_edges(one: PunchSolution, other: PunchSolution) -> None:
     """Edge-weighted cells must have one edge; constant ones know of none."""
-    if one.punch.weights is None or other.punch.weights is None:
+    both = one.punch.weights, other.punch.weights
+    if both[0] is None or both[1] is None:
         return
-    edges = edge_facets(one), edge_facets(other)
+    edges = both[0].facets, both[1].facets
     if not np.array_equal(*edges):
         raise ValueError(
             f"expected solutions with one singular edge, got {len(edges[0])} facets of it on dual "

@@ -25,11 +25,13 @@ from ..errors import ConvergenceError, MeshError
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.corners import signed_areas
 from ..grids.fan import Fan
+from ..grids.general import facet_numbers
 from ..grids.outline import distance_to_segments
 from ..grids.partition import Partition
 from ..grids.planar import cross
 from ..grids.refinement import Refinement
 from ..ground.periodic import PeriodicGround
+from ..messages import without_remedy
 from ..operators.resources import refuse_beyond_memory
 from ..solutions.pressures import CellPressures, checked_solution
 from .postprocess import postprocess
@@ -168,7 +170,7 @@ def _smoothed(solution: Any, other: Any) -> ndarray:
     try:
         found = postprocess(*((solution, other) if dual else (other, solution)))
     except ConvergenceError as error:
-        reason = str(error).split(". Remedy")[0]  # the remedy is another here
+        reason = without_remedy(error)
         raise ConvergenceError(
             f"{reason}. Remedy: leave out other=, or smaller cells where contact is"
         ) from error
@@ -207,10 +209,9 @@ class EdgeLaws:
         base = MeshTri(region.p, np.ascontiguousarray(region.t[:, kept]))
         singular = np.zeros(base.nfacets, dtype=bool)
         if cells.weights is not None:
-            facets = np.unique(cells.partition.boundary[cells.weights.ribs])
-            ends = np.sort(nodal_mesh(cells.basis).facets[:, facets], axis=0)
-            n = base.p.shape[1]
-            singular = np.isin(np.array([n, 1]) @ base.facets, np.array([n, 1]) @ ends)
+            ends = nodal_mesh(cells.basis).facets[:, cells.weights.facets]
+            kept_ones = facet_numbers(base, *ends)
+            singular[kept_ones[kept_ones >= 0]] = True
         depth = None
         if region.edge:
             a = np.hstack([line[:, :-1] for line in region.edge])

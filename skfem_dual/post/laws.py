@@ -39,11 +39,6 @@ class Law:
             raise ValueError("expected edge-weighted cells, got uniform ones")
         return self.cells.weights
 
-    @property
-    def resultant(self) -> ndarray:
-        """Force and first moments about the centroid of the plan, shape (3,)."""
-        return self.cells.resultants @ self.pressure
-
     def at_nodes(self, couple: RegularCouple) -> ndarray:
         """Pressure at the nodes of the general triangulation, means of the cells that meet there;
         zero on the singular edge."""

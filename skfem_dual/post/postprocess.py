@@ -16,7 +16,7 @@ from ..grids.mappings import own_mapping
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly
 from ..solutions.punch_solution import PunchSolution
-from .checks import check_couple, edge_facets
+from .checks import check_couple
 from .conserve import Balance
 from .functional import CoupleFunctional, Weights
 from .laws import mixed
@@ -258,9 +258,9 @@ def _loads(couple: RegularCouple, cells: Footprint) -> ndarray:
 
 def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
     """Facets on the singular edge: those edge-weighted solutions know, or all."""
-    known = [edge_facets(s) for s in solutions if s.punch.weights is not None]
-    if known:
-        return known[0]
+    for weights in (s.punch.weights for s in solutions):
+        if weights is not None:
+            return weights.facets
     mesh = solutions[0].punch.basis.dual.mesh
     return np.nonzero(mesh.f2t[1] == -1)[0]
 

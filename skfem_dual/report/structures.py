@@ -13,7 +13,7 @@ from ..contact.footprint import Footprint
 from ..io import CaseRow
 from ..messages import listed
 from ..solutions.bearing import Circles, bearing_pressure
-from ..solutions.cases_solution import Extreme
+from ..solutions.cases_solution import Extreme, extremes_of
 from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
 from .footing import UnderCases
@@ -143,17 +143,13 @@ class Structure(UnderCases):
         """The cases that govern, of those with success."""
         if not self.success.any():
             return ()
-        quantities = {
-            "largest_pressure": (1, self.largest_pressure),
-            "largest_settlement": (1, self.deflections[:, 1]),
-            "deflection_difference": (1, np.ptp(self.deflections, axis=1)),
-            "contact_share": (-1, self.contact_share),
+        largest = {
+            "largest_pressure": self.largest_pressure,
+            "largest_settlement": self.deflections[:, 1],
+            "deflection_difference": np.ptp(self.deflections, axis=1),
         }
-        found = []
-        for quantity, (sign, values) in quantities.items():
-            k = int(np.argmax(np.where(self.success, sign * values, -np.inf)))
-            found.append(Extreme(quantity, float(values[k]), k, self.names[k]))
-        return tuple(found)
+        least = {"contact_share": self.contact_share}
+        return extremes_of(self.names, self.success, largest, least)
 
     @property
     def governing(self) -> int:

@@ -19,7 +19,7 @@ from ..grids.evening import evening
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..kernels.once import ReadOnly, computed_in
-from ..messages import shown
+from ..messages import shown, without_remedy
 from ..operators.symmetry import Symmetry
 
 #: half of a width over the largest distance of two positions of the punch, of settlement and tilt:
@@ -177,7 +177,7 @@ def _half(found: list[Any], positions: list[ndarray]) -> ndarray:
         farthest = by * np.column_stack([off[:, 0], np.hypot(*off[:, 1:].T)])
         half = np.maximum(half, farthest.max(axis=0)[[0, 1, 1]])
     cells = solution.footprint
-    if cells.weights is not None and cells.weights.law is not None and cells.weights.law.pulls:
+    if cells.bends_away:
         half *= CRUST
     length = np.sqrt(cells.partition.areas.sum())
     size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, np.hypot(*best[1:]))
@@ -246,7 +246,7 @@ def _on_other_grids(solution: Any) -> Iterator[Any]:
         try:
             found = _on_other_grid(solution, grid, collocation)
         except ConvergenceError as error:  # its grid stands, for which the remedy is
-            reason = str(error).split(". Remedy")[0]
+            reason = without_remedy(error)
             raise ConvergenceError(
                 f"no bounds: on the other grid {reason}. Remedy: a finer mesh"
             ) from error

@@ -1,7 +1,7 @@
 """What load cases answer: one row for each, and their envelope."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -223,13 +223,13 @@ class CasesSolution(ReadOnly):
             raise ValueError(
                 f"expected a case with a solution, got none; the first: {self.messages[0]}"
             )
-        signs = {"largest_pressure": 1, "largest_settlement": 1, "slope": 1, "contact_share": -1}
-        extremes = []
-        for quantity, sign in signs.items():
-            values = getattr(self, quantity)
-            k = int(np.argmax(np.where(self.success, sign * values, -np.inf)))
-            extremes.append(Extreme(quantity, float(values[k]), k, self.names[k]))
-        return tuple(extremes)
+        largest = {
+            "largest_pressure": self.largest_pressure,
+            "largest_settlement": self.largest_settlement,
+            "slope": self.slope,
+        }
+        least = {"contact_share": self.contact_share}
+        return extremes_of(self.names, self.success, largest, least)
 
     def table(self) -> list[dict[str, str | float | bool]]:
         """A row for each case, by the names of its columns, `COLUMNS`; those of `SLIDING` where
@@ -284,17 +284,38 @@ class CasesSolution(ReadOnly):
         return "\n".join(["<skfem_dual CasesSolution object>", head, *rows, found])
 
 
+def extremes_of(
+    names: Sequence[str],
+    success: ndarray,
+    largest: Mapping[str, ndarray],
+    least: Mapping[str, ndarray],
+) -> tuple[Extreme, ...]:
+    """Of the cases with ``success`` those in which quantities are largest, or least; shape (k,)
+    each."""
+    found = []
+    for sign, quantities in ((1, largest), (-1, least)):
+        for quantity, values in quantities.items():
+            k = int(np.argmax(np.where(success, sign * values, -np.inf)))
+            found.append(Extreme(quantity, float(values[k]), k, names[k]))
+    return tuple(found)
+
+
 def prepare(solutions: Sequence[PunchSolution]) -> None:
     """Find where contact ends, and what flat punches settle by it, under one punch that lifts off.
 
     The solutions keep what is found, as if each had looked for it.
     """
-    lifting = [each for each in solutions if (each.gap > 0).any()]
-    step = max(CELLS // len(lifting[0].gap), 1) if lifting else 1
-    for begin in range(0, len(lifting), step):
-        some = lifting[begin : begin + step]
-        _find_regions(some)
-        _find_positions([s.member for s in some if isinstance(s.member, Alone) and s.success])
+    # a shaped punch has other triangles in the cases that press over its edge
+    alike: dict[int, list[PunchSolution]] = {}
+    for each in solutions:
+        if (each.gap > 0).any():
+            alike.setdefault(id(each.punch.footprint), []).append(each)
+    for lifting in alike.values():
+        step = max(CELLS // len(lifting[0].gap), 1)
+        for begin in range(0, len(lifting), step):
+            some = lifting[begin : begin + step]
+            _find_regions(some)
+            _find_positions([s.member for s in some if isinstance(s.member, Alone) and s.success])
 
 
 def _find_regions(solutions: Sequence[PunchSolution]) -> None:

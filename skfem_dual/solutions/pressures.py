@@ -326,8 +326,7 @@ class CellPressures(ReadOnly):
             part = None
             if weights is not None and self.line is None:
                 part = np.zeros(len(values), dtype=bool)
-                singular = self.footprint.partition.boundary[weights.ribs]
-                part[nodal.mesh.facets[:, singular]] = True
+                part[nodal.mesh.facets[:, weights.facets]] = True
             values = balanced(nodal, values, self.resultant, self.footprint.origin, part)
         return nodal, values
 
