@@ -57,6 +57,7 @@ from skfem_dual import (
     Paraboloid,
     Plate,
     Punches,
+    ResolutionWarning,
     RigidPunch,
     trace,
 )
@@ -465,6 +466,34 @@ def test_displacements_imposed_step_by_step(block):
     # softer than the ground under a rigid punch, or the block between fixed plates, alone
     rigid = 1 / RigidPunch(SOIL, punch.basis).solve(1.0).settlement
     assert 0.3 * rigid < found[0] < rigid
+
+
+def test_settled_with_all_vertical_displacements_held(block):
+    """Free ones get no load then: what they do not balance is rounding beside that of others."""
+    basis = block.structure
+    upright = basis.nodal_dofs[2]
+    feet = basis.get_dofs(lambda x: x[2] == 0.0).all("u^3")
+    first, last = np.argmin(basis.mesh.p[0]), np.argmax(basis.mesh.p[0])
+    aside = np.concatenate([basis.nodal_dofs[:2, first], basis.nodal_dofs[1:2, last]])
+    for f in (0.0, -1.0):
+        forces = []
+        for some in (upright, feet):
+            loads, x = np.zeros(basis.N), np.zeros(basis.N)
+            loads[upright if some is upright else []] = f
+            x[some] = -0.01
+            s = replace(block, D=np.concatenate([some, aside])).solve(loads, x=x)
+            assert s.success
+            assert s.equilibrium_residual < 1e-9
+            forces.append(s.force)
+        assert forces[0] == pytest.approx(forces[1], rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:the structure bends")
+def test_the_remedy_of_few_cells_is_one_for_structures():
+    """`refine_to_contact` takes rigid punches."""
+    thin = raft(1e-3)
+    with pytest.warns(ResolutionWarning, match="smaller cells where it is$"):
+        thin.solve(point_load(thin, (0.0, 0.0)))
 
 
 def test_solid_is_balanced_by_its_load_vector(block):

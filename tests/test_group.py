@@ -906,3 +906,20 @@ def test_joined_punches_among_many_have_positions_by_collocation(monkeypatch):
     assert found.success
     assert found[1].settlement == found[1].collocated_settlement
     assert found[2].settlement != found[2].collocated_settlement
+
+
+def test_a_joint_is_no_edge_over_which_a_shape_presses():
+    """Contact within a square of two halves crosses their joint, beside its middle."""
+    centre, force = (0.1, 0.05), 0.1
+    grid = MeshTri.init_tensor(np.linspace(-0.5, 0.5, 11), np.linspace(-1.0, 1.0, 21))
+    gap = Paraboloid(1.0, centre)
+    halves = [punch(grid.translated((x, 0.0)), gap=gap) for x in (-0.5, 0.5)]
+    group = RigidPunches(halves, joined=[(0, 1)])
+    left, right = group.solve([{"force": force, "at": centre}]).solutions
+    for half in (left, right):
+        assert half.punch.edge == "constant"
+        assert half.line is not None
+    assert np.abs(left.tilt).max() < 5e-5
+    # over the edge of the whole it presses
+    wide = group.solve([{"force": 20.0, "at": centre}]).solutions
+    assert {half.punch.edge for half in wide} == {"singular"}

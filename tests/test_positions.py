@@ -7,6 +7,7 @@ from plans import disc, rectangle
 from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import Cone, DualMesh, HalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual.contact.positions import _bracket
 
 SOIL = HalfSpace(1.0, 0.3)
 PLANS = {"disc": disc(2), "rectangle": rectangle(8, 1.0, 0.5)}
@@ -141,3 +142,50 @@ def test_one_body_of_a_group_turns_out_of_the_way(method, centre, settlement):
     assert found[0].force == 0.0
     alone = flat.solve(1.0, (2.5, 0.0)).collocated_settlement
     assert found[1].collocated_settlement == pytest.approx(alone, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["auto", "active-set", "cg"])
+def test_forces_below_which_the_punch_turns_over(method):
+    """Between two steps of the search: a quarter of the first force turns it over."""
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    of = RigidPunch(SOIL, basis, origin=(0.4, 0.0))
+    beside = {"at": (-0.4, 0.0), "moments": (-0.3, 0.0)}
+    given = of.solve(0.5, **beside)
+    found = of.solve(settlement=given.settlement, method=method, **beside)
+    assert found.success
+    assert found.force == pytest.approx(0.5, rel=1e-4)
+    assert found.settlement == pytest.approx(given.settlement, rel=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("settlement", [-0.0075, 0.108])
+def test_of_several_reactions_all_roads_find_one(settlement):
+    """That next to the force of full contact; another tilts the punch onto a few cells."""
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    of = RigidPunch(HalfSpace(1.0, 0.0), basis, gap=Paraboloid(1.0), origin=(-0.6, 0.0))
+    load = {"settlement": settlement, "at": (1.2, 0.0), "moments": (0.03, 0.0)}
+    found = [of.solve(**load, method=method) for method in ("auto", "active-set", "cg")]
+    found += of.solve_many([load]).solutions
+    for each in found:
+        assert each.success
+        assert each.force == pytest.approx(found[0].force, rel=1e-7)
+    assert found[0].force > 0.4
+    again = of.solve(found[0].force, at=load["at"], moments=load["moments"])
+    assert again.settlement == pytest.approx(settlement, rel=1e-3, abs=1e-5)
+
+
+def test_settlements_that_no_force_causes():
+    """A component that turns before it comes out as imposed is searched where it turns."""
+    tried = []
+
+    def missed(force, low=0.02):
+        tried.append(force)
+        return (np.log(force / 3.0)) ** 2 - low if force > 0.9 else np.nan
+
+    a, b = _bracket(missed, 1.0)
+    assert missed(a) * missed(b) < 0
+    assert 0.9 < a < b < 4.0
+    tried.clear()
+    assert _bracket(lambda force: missed(force, -0.02), 1.0) is None
+    assert len(tried) < 60
+    assert _bracket(lambda force: np.nan, 1.0) is None

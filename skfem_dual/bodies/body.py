@@ -103,10 +103,10 @@ class Body(FromFields, ABC):
         """The same with the edge of a flat punch."""
         return replace(cast(Any, self), edge="singular")
 
-    def over_edge(self, pressure: ndarray) -> Self | None:
+    def over_edge(self, pressure: ndarray, ribs: ndarray | None = None) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen
-        presses over that of its plan; None where it does not."""
-        over = self.pressed_down is not self and presses_over(self.partition, pressure)
+        presses over that of its plan, all of it or some ribs; None where it does not."""
+        over = self.pressed_down is not self and presses_over(self.partition, pressure, ribs)
         return self.sharp if over else None
 
     @property

@@ -19,6 +19,7 @@ from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import joint_operator, rows_of, union
 from ..elements.balance import resist
+from ..grids.outline import edge_ribs
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -31,7 +32,7 @@ from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
 from .cases import Cases, named, solve_cases
 from .frame import FramedSystem, about_centroids, about_origin, checked_stiffness, ground_stiffness
-from .joined import bodies_of, checked_joined, free_of
+from .joined import bodies_of, checked_joined, free_of, free_ribs
 from .neighbours import (
     checked_names,
     over_edges,
@@ -162,6 +163,16 @@ class RigidPunches(RigidBodies):
             for i in body:
                 found[i] = free_of(self.punches[i], parts)
         return tuple(found)
+
+    @computed_once
+    def _edges(self) -> list[ndarray | None]:
+        """Ribs at which punches touch no other of their body; None where there is no other."""
+        found: list[ndarray | None] = [None] * len(self.punches)
+        for body in (body for body in self.bodies if len(body) > 1):
+            parts = [self.punches[i].partition for i in body]
+            for i, own in zip(body, parts, strict=True):
+                found[i] = free_ribs(own, edge_ribs(own), parts)
+        return found
 
     @computed_once
     def parts(self) -> tuple[Part, ...]:
@@ -456,7 +467,7 @@ class RigidPunches(RigidBodies):
     def over_edge(self, pressure: ndarray) -> "RigidPunches | None":
         """The same with edges of flat punches where shaped ones press over that of their plan."""
         pressure = checked_array("pressure", pressure, (len(self.cells),), each="cell")
-        return over_edges(self, pressure, self._sharp)
+        return over_edges(self, pressure, self._sharp, self._edges)
 
     def warn_of_pulling(self, name: str = "") -> None:
         """Warn of punches that would have to be pulled down alone, too, see `RigidPunch`."""

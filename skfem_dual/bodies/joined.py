@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy import ndarray
 
 from ..arguments import checked_integer, checked_sequence
 from ..grids.outline import edge_ribs, on_ribs
@@ -36,15 +37,21 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     if punch.weights is None:
         return punch
     ribs, own = punch.weights.ribs, punch.partition
+    free = free_ribs(own, ribs, parts)
+    if len(free) == len(ribs):
+        return punch
+    if len(free) == 0:
+        return replace(punch, edge="constant", edge_boundaries=None)
+    return replace(punch, edge_boundaries=np.unique(own.boundary[free]))
+
+
+def free_ribs(own: Partition, ribs: ndarray, parts: Sequence[Partition]) -> ndarray:
+    """Those of some ribs on the edge of ``own`` that are on the edge of no other of ``parts``."""
     touches = np.zeros(len(ribs), dtype=bool)
     for part in parts:
         if part is not own:
             touches |= on_ribs(own, ribs, part, edge_ribs(part))
-    if not touches.any():
-        return punch
-    if touches.all():
-        return replace(punch, edge="constant", edge_boundaries=None)
-    return replace(punch, edge_boundaries=np.unique(own.boundary[ribs[~touches]]))
+    return ribs[~touches]
 
 
 def bodies_of(joined: Sequence[tuple[int, ...]], n: int) -> tuple[tuple[int, ...], ...]:

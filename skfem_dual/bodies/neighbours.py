@@ -78,7 +78,12 @@ def _punch_on(
     return RigidPunch(substrate, basis, origin=tuple(centre.tolist()))
 
 
-def over_edges(group: Any, pressure: ndarray, known: dict[tuple[bool, ...], Any]) -> Any:
+def over_edges(
+    group: Any,
+    pressure: ndarray,
+    known: dict[tuple[bool, ...], Any],
+    edges: Sequence[ndarray | None] | None = None,
+) -> Any:
     """Bodies with the edges of flat punches where shaped ones press over that of their plan.
 
     Parameters
@@ -89,13 +94,16 @@ def over_edges(group: Any, pressure: ndarray, known: dict[tuple[bool, ...], Any]
         Mean pressures of all cells.
     known : dict
         Such groups, by which of their bodies press over; takes a new one.
+    edges : sequence of (k,) array of int, optional
+        The ribs of each that are the edge; by default, and where there is None, all around.
 
     Returns
     -------
     RigidPunches or Punches, or None
         None if none of them presses over it.
     """
-    over = [p.over_edge(pressure[own]) for p, own in zip(group.punches, group.slices, strict=True)]
+    each = zip(group.punches, group.slices, edges or [None] * len(group.punches), strict=True)
+    over = [punch.over_edge(pressure[own], ribs) for punch, own, ribs in each]
     which = tuple(punch is not None for punch in over)
     if not any(which):
         return None

@@ -1,7 +1,7 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy import ndarray
@@ -131,6 +131,7 @@ class RigidPunch(Movable, RigidBodies):
     corners: ArrayLike | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
     edge_by_contact: bool = field(default=False, init=False)
+    refined_by: ClassVar[str] = ", as by refine_to_contact on triangles"
 
     def __post_init__(self) -> None:
         self._own("gap", "edge_boundaries", "outline", "corners")

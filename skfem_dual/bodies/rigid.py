@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy import ndarray
@@ -45,6 +45,8 @@ class RigidBodies(FromFields, ABC):
     """
 
     timings: dict[str, float]
+    #: what makes cells smaller where contact is
+    refined_by: ClassVar[str] = ""
 
     @property
     @abstractmethod
@@ -76,7 +78,7 @@ class RigidBodies(FromFields, ABC):
 
     def rough(self, contact: Contact) -> list[str]:
         """Warnings of contact on few cells, or hardly wider than one under a flat punch."""
-        found = rough_under(contact, self.cells_of_bodies)
+        found = [few + self.refined_by for few in rough_under(contact, self.cells_of_bodies)]
         joined = np.bincount([part.body for part in self.parts]) > 1
         for part, own in zip(self.parts, self.slices, strict=True):
             if not joined[part.body] and not self.system.gap[own].any():

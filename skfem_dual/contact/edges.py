@@ -68,8 +68,9 @@ def narrow(partition: Partition, touching: ndarray) -> str:
     )
 
 
-def presses_over(partition: Partition, pressure: ndarray) -> bool:
-    """Whether mean pressures of shape (n,) grow to the edge of the plan, as under a flat punch.
+def presses_over(partition: Partition, pressure: ndarray, ribs: ndarray | None = None) -> bool:
+    """Whether mean pressures of shape (n,) grow to the edge of the plan, as under a flat punch:
+    to these ribs of it, or to all.
 
     Those of contact that ends inside, or just there, fall to it; on rough shapes, whose contact is
     thin, they grow by chance.
@@ -78,7 +79,7 @@ def presses_over(partition: Partition, pressure: ndarray) -> bool:
     if inner_share(partition, pressure > 0) < INNER:
         return False
     rim = np.zeros(len(areas), dtype=bool)
-    rim[partition.f2c[0, edge_ribs(partition)]] = True
+    rim[partition.f2c[0, edge_ribs(partition) if ribs is None else ribs]] = True
     beside = np.zeros(len(areas), dtype=bool)
     beside[partition.across(rim)] = True
     beside &= ~rim

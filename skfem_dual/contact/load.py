@@ -44,7 +44,9 @@ class Load:
     tilt : pair of float
         Inclinations Lx, Ly instead of the moments. With ``force`` the punch is guided; with
         ``settlement`` its position is given wholly. A given settlement alone leaves the
-        punch free to tilt under the reaction, which acts ``at`` the given point.
+        punch free to tilt under the reaction, which acts ``at`` the given point. Beside the
+        origin several reactions may do so: that one is found whose size is next to the one of
+        full contact, or none where the punch need not touch.
     horizontal : pair of float
         Force (Hx, Hy) on the base, in the plane of the ground. Cells in contact carry it by shear
         tractions, which neither slip nor change the pressures. On a `HalfSpace`,
@@ -376,7 +378,7 @@ def _require_reaction(load: Load, origin: ndarray, hulls: tuple[Hull, Hull]) -> 
             f"from the origin{' and moments' * bool(moved.any())}, "
             f"{_where(hulls[1].beyond_ray(point, moved))}: no pressures can balance it. Remedy: "
             f"move it by more than {beyond:.3g} towards the middle, at= or origin=, or impose "
-            "the tilt as well, tilt="
+            "the tilt instead of where it acts, tilt="
         )
 
 

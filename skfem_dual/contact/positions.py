@@ -14,6 +14,8 @@ from .problem import Contact, ContactProblem
 CLEAR, FEASIBLE = 1e-8, 1e-10
 #: forces between which a settlement is looked for, in steps of their ratio, up and down
 RATIO, STEPS = 4.0, 16
+#: ratio of forces that are not told apart, and change of a component that is none
+CLOSE, SAME = 1.02, 1e-6
 
 Solve = Callable[[Constraints], tuple[Contact, ndarray]]
 
@@ -129,25 +131,50 @@ def _loaded(constraints: Constraints, own: tuple[slice, slice], forces: ndarray)
 
 
 def _bracket(missed: Callable[[float], float], guess: float) -> tuple[float, float] | None:
-    """Two forces between which ``missed`` changes its sign."""
-    low = high = guess
-    below = above = missed(guess)
-    for _ in range(STEPS):
-        for force in (low / RATIO, high * RATIO):
-            value = missed(force)
-            beside, bound = (below, low) if force < low else (above, high)
-            if value * beside <= 0:
-                return min(force, bound), max(force, bound)
-            if force < low:
-                low, below = force, value
-            else:
-                high, above = force, value
-    return None
+    """Two forces between which ``missed`` changes its sign, not far from the guess."""
+    known = {guess: missed(guess)}
+    while True:
+        forces = np.array(sorted(known))
+        values = np.array([known[force] for force in forces])
+        between = np.nonzero(values[:-1] * values[1:] <= 0)[0]
+        if len(between):
+            away = np.abs(np.log(forces[between] * forces[between + 1] / guess**2))
+            i = between[np.argmin(away)]
+            return float(forces[i]), float(forces[i + 1])
+        force = _untried(forces, values, guess)
+        if force is None:
+            return None
+        known[force] = missed(force)
 
 
-def noise(constraints: Constraints, problem: ContactProblem, contact: Contact) -> bool:
+def _untried(forces: ndarray, values: ndarray, guess: float) -> float | None:
+    """The force to try next: where answers end, where they come near, or farther out."""
+    answered, off = np.isfinite(values), np.abs(values)
+    apart = forces[1:] > CLOSE * forces[:-1]
+    # loads turn the body over from some force on
+    ends = np.nonzero(apart & (answered[:-1] != answered[1:]))[0]
+    if len(ends):
+        return float(np.sqrt(forces[ends[0]] * forces[ends[0] + 1]))
+    # the component may turn before it comes out as imposed
+    least = 1 + np.nonzero((off[1:-1] <= off[:-2]) & (off[1:-1] <= off[2:]))[0]
+    for i in least:
+        wide = np.log(forces[i - 1 : i + 2])
+        k = i - 1 if wide[1] - wide[0] > wide[2] - wide[1] else i
+        if apart[k]:
+            return float(np.sqrt(forces[k] * forces[k + 1]))
+    # far out it is proportional to the force, and near none it is what is left without
+    ahead = not (answered[-1] and (off[-2:] > 2 * off[-3:-1]).sum() == 2)
+    back = answered[0] and not (len(off) > 1 and abs(off[0] - off[1]) < SAME * off[0])
+    steps = np.log(np.array([guess / forces[0], forces[-1] / guess])) / np.log(RATIO)
+    steps[~np.array([back, ahead])] = np.inf
+    if steps.min() > STEPS - 0.5:
+        return None
+    return float(forces[0] / RATIO if steps[0] <= steps[1] else forces[-1] * RATIO)
+
+
+def noise(problem: ContactProblem, contact: Contact) -> bool:
     """Whether the ground settles by rounding errors only, where a force might be found."""
-    if constraints.conjugate and problem.given.any():
+    if problem.conjugate and problem.given.any():
         return False
     settled = contact.gap - problem.gap + contact.motion @ problem.planes
     return bool(np.abs(settled).max() <= 1e-12 * np.abs(problem.gap).max())

@@ -184,7 +184,7 @@ class Contact(ReadOnly):
         return (
             f"contact on {count} of {len(self.touching)} cells, fewer than {DOZEN}: pressures and "
             "settlement are rough; likely cause: cells too large for the contact. Remedy: smaller "
-            "cells where it is, as by refine_to_contact on triangles"
+            "cells where it is"
         )
 
 

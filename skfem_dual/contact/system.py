@@ -295,16 +295,34 @@ class ContactSystem:
                 return replace(full, pressure=full.pressure.clip(0)), position
             start = full.pressure.clip(0)
         problem = self.problem(constraints)
-        contact = self._contact(problem, how, constraints.conjugate, start)
-        if contact is None or not contact.success or noise(constraints, problem, contact):
-            other = apart(problem, True) or self._elsewhere(constraints, problem, how)
-            other = other or apart(problem)
-            if other is None and constraints.conjugate and method != "active-set":
-                other = self._from_all(problem, gap_rtol)
-            if not (constraints.conjugate or (contact and contact.success)):
-                contact = None
-            contact = other or contact or Contact.nowhere(problem, message=UNANSWERED)
+        if constraints.conjugate:
+            contact = self._contact(problem, how, start)
+            if not contact.success or noise(problem, contact):
+                other = apart(problem, True) or apart(problem)
+                if other is None and method != "active-set":
+                    other = self._from_all(problem, gap_rtol)
+                contact = other or contact
+        else:
+            contact = self._beside(constraints, problem, how, start)
         return contact, constraints.fixed + self.scaled(constraints)[0] @ contact.motion
+
+    def _beside(
+        self, constraints: Constraints, problem: ContactProblem, how: How, start: ndarray | None
+    ) -> Contact:
+        """Contact where the reaction acts beside what is imposed, for which there may be several:
+        of one body none, or that of the force next to the one of full contact."""
+        several = len(self.planes) > 3  # whose forces would be looked for within each other
+        roads = [
+            lambda: apart(problem, True),
+            lambda: self._elsewhere(constraints, problem, how),
+            lambda: self._directly(problem, how, start),
+            lambda: apart(problem),
+        ]
+        for road in (roads[2], *roads) if several else roads:
+            found = road()
+            if found is not None:
+                return found
+        return Contact.nowhere(problem, message=UNANSWERED)
 
     def problem(self, constraints: Constraints) -> ContactProblem:
         """What is left for a method: free motions that move the bodies by about one."""
@@ -336,9 +354,7 @@ class ContactSystem:
     def _elsewhere(
         self, constraints: Constraints, problem: ContactProblem, how: How
     ) -> Contact | None:
-        """Contact where the reaction does not act where the settlement is imposed."""
-        if constraints.conjugate:
-            return None
+        """The same by the force under which the settlement is the one imposed."""
         last: ndarray | None = None
 
         def solve(given: Constraints) -> tuple[Contact, ndarray]:
@@ -363,19 +379,24 @@ class ContactSystem:
         gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
         return replace(contact, motion=motion, gap=gap)
 
-    def _contact(
-        self, problem: ContactProblem, how: How, conjugate: bool, start: ndarray | None
+    def _directly(
+        self, problem: ContactProblem, how: How, start: ndarray | None
     ) -> Contact | None:
-        """Contact by one method, or by the active set from where conjugate gradients ended.
-
-        None if there is no method for what is imposed.
-        """
-        n, (_, method, gap_rtol) = len(self.areas), how
-        if not conjugate and (method == "cg" or not (self._dense or self.formed)):
+        """The same by the active set, if there are few cells and it finds one."""
+        if how.method == "cg" or not (self._dense or self.formed):
             return None
-        if method == "active-set" or not conjugate:
-            problem = replace(problem, matrix=self.array)
-            return active_set(problem, beginning(start, n), singular=self._singular)
+        contact = self._active_set(problem, start)
+        return contact if contact.success and not noise(problem, contact) else None
+
+    def _active_set(self, problem: ContactProblem, start: ndarray | None) -> Contact:
+        own = replace(problem, matrix=self.array)
+        return active_set(own, beginning(start, len(self.areas)), singular=self._singular)
+
+    def _contact(self, problem: ContactProblem, how: How, start: ndarray | None) -> Contact:
+        """Contact by one method, or by the active set from where conjugate gradients ended."""
+        n, (_, method, gap_rtol) = len(self.areas), how
+        if method == "active-set":
+            return self._active_set(problem, start)
         if method == "auto" and self.formed:
             found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
         else:

@@ -226,8 +226,10 @@ def _unbalanced(
 ) -> tuple[float, float]:
     """Forces that are not balanced over the largest load, and how much of them may be rounding."""
     K, unit = punch.compliance.stiffness, punch.compliance.units
-    # a structure lifted off by DOFs that are held has no others
-    largest = max(*(np.abs(unit * load).max() for load in loads), TINY)
+    # those on DOFs that are held count as well: others may have none
+    resisting = K.diagonal().clip(0.0)
+    every = np.divide(1.0, np.sqrt(resisting), np.zeros(len(resisting)), where=resisting > 0)
+    largest = max(*(np.abs(every * load).max() for load in loads), TINY)
     residual = float(np.abs(unit * forces).max() / largest)
     rounding = ROUNDING * float((unit * (abs(K) @ np.abs(bent))).max() / largest)
     # motions that springs too soft for the factors resist do work, more than by rounding
