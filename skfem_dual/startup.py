@@ -8,10 +8,14 @@ import os
 import signal
 import sys
 import threading
+from _thread import interrupt_main
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+
+#: seconds after which a signal that was lost comes again
+AGAIN = 0.02
 
 
 def is_command() -> bool:
@@ -57,6 +61,7 @@ def end_of_imports() -> None:
         sys.excepthook = sys.__excepthook__
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, _ended)
+        sys.unraisablehook = _asked_again
     if signal.getsignal(signal.SIGINT) is _interrupted:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -91,6 +96,17 @@ def _interrupted(number: int, frame: object) -> None:
 
 def _ended(number: int, frame: object) -> None:
     raise SystemExit(128 + number)
+
+
+def _asked_again(lost: "sys.UnraisableHookArgs") -> None:
+    """Finalisers lose the exceptions of signals: those come once more when these have ended."""
+    numbers = {SystemExit: signal.SIGTERM, KeyboardInterrupt: signal.SIGINT}
+    if lost.exc_type not in numbers:
+        sys.__unraisablehook__(lost)
+        return
+    timer = threading.Timer(AGAIN, interrupt_main, (numbers[lost.exc_type],))
+    timer.daemon = True
+    timer.start()
 
 
 def _told(kind: type[BaseException], error: BaseException, trace: object) -> None:

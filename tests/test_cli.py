@@ -512,6 +512,7 @@ def test_asked_to_end_while_a_file_is_written(tmp_path, monkeypatch):
         signal.raise_signal(signal.SIGTERM)
 
     monkeypatch.setattr(sys, "excepthook", startup._told)  # as in a process of the command line
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
     before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
         startup.end_of_imports()
@@ -545,6 +546,28 @@ def test_asked_to_end_while_libraries_are_imported(number, code):
     with startup.leaving_at_once():  # other programs are left alone
         assert signal.getsignal(number) is before
     assert signal.getsignal(number) is before
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_asked_to_end_in_a_finaliser(number, code):
+    """Python loses exceptions there: the signal comes once more."""
+    program = (
+        "import signal, sys, time\n"
+        "from skfem_dual import startup\n"
+        "class Dies:\n"
+        "    def __del__(self):\n"
+        f"        signal.raise_signal({int(number)})\n"
+        "sys.excepthook = startup._told\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "startup.end_of_imports()\n"
+        "Dies()\n"
+        "try:\n"
+        "    time.sleep(30)\n"
+        "except KeyboardInterrupt:\n"
+        "    sys.exit(130)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
+    assert (done.returncode, done.stderr) == (code, b"")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="of names of files in bytes")

@@ -272,6 +272,11 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
             "POLYGON((0 0, 2 0, 2 2, 0 0), (3 3, 4 3, 4 4, 3 3))",
             r"holes inside their outline in .*a.wkt, got one at \(3, 3\) outside",
         ),
+        (
+            "a.wkt",
+            "MULTIPOLYGON(((1 1,3 1,3 3,1 3,1 1)),((0 0,4 0,4 4,0 4,0 0)))",
+            r"polygons apart in .*a.wkt, got polygon 0 at \(1, 1\) inside polygon 1. Remedy",
+        ),
         ("a.geojson", "{}", "expected GeoJSON in"),
         ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),

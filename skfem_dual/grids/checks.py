@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from skfem import ElementTriP1, MeshQuad, MeshTri
+from skfem import ElementTriP1, MeshQuad, MeshQuad1, MeshTri
 from skfem.mesh import MeshTri1
 
 from ..arguments import LARGEST, SMALLEST
@@ -81,10 +81,11 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
 def check_type(mesh: object) -> None:
     """Accept straight, continuous triangulations only."""
     if not isinstance(mesh, MeshTri1):
-        quads = ". Remedy: mesh.to_meshtri(), or a CellBasis of its quadrilaterals"
-        raise TypeError(
-            f"expected a skfem MeshTri, got {shown(mesh)}{quads * isinstance(mesh, MeshQuad)}"
-        )
+        remedy = ""
+        if isinstance(mesh, MeshQuad):
+            straight = "mesh" if type(mesh) is MeshQuad1 else "MeshQuad.from_mesh(mesh)"
+            remedy = f". Remedy: {straight}.to_meshtri(), or a CellBasis of its quadrilaterals"
+        raise TypeError(f"expected a skfem MeshTri, got {shown(mesh)}{remedy}")
     if not (mesh.elem is ElementTriP1 and mesh.affine):
         raise MeshError(
             f"expected straight triangles sharing their nodes (MeshTri), got "

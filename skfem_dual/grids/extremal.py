@@ -39,8 +39,8 @@ def minimal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
     if len(inner) == 0 or len(bare):
         raise MeshError(
             "expected an inner node in every triangle, without which there is no minimal dual "
-            f"grid; triangles {some(bare)} have none. Remedy: refine the mesh or flip facets "
-            "there; maximal_couple may exist"
+            f"grid; triangles {some(bare)} have none. Remedy: flip facets there, as "
+            "refined corners have such triangles again; maximal_couple may exist"
         )
     ribs = np.nonzero((number[mesh.facets] >= 0).any(axis=0))[0]
     held = np.repeat(number >= 0, dual.polygons.sizes)

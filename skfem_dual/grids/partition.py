@@ -137,7 +137,10 @@ class Partition(ReadOnly):
             if lattice is None:  # else each cell is a rectangle in a place of its own
                 require(_quadrilateral_conditions(mesh))
         elif isinstance(mesh, Mesh) and mesh.elem.refdom.nnodes == 4 and mesh.dim() == 2:
-            raise MeshError(f"expected straight quadrilaterals (MeshQuad), got {type(mesh)}")
+            raise MeshError(
+                f"expected straight quadrilaterals (MeshQuad), got {type(mesh).__name__}. "
+                "Remedy: MeshQuad.from_mesh(mesh), of straight sides"
+            )
         else:
             check_type(mesh)
             require(triangulation_conditions(Corners(mesh)))

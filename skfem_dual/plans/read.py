@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,8 @@ DEGREES = "CRS84", "EPSG::4326", "EPSG:4326"
 def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = None) -> Plan:
     """Read the outline of a footing.
 
-    Rings may come in any order and sense: what lies in an odd number of others is a hole.
+    Rings may come in any order and sense: what lies in an odd number of others is a hole. Of
+    polygons in WKT and GeoJSON inner rings are, and no polygon lies inside another.
 
     Parameters
     ----------
@@ -139,6 +141,15 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
                 f"expected holes inside their outline in {path}, got one at "
                 f"{place(outside[0].coords[0])} outside. Remedy: correct its corners, or make it "
                 "a polygon of its own"
+            )
+    # which rings are holes these files tell; those that cross are refused with the place
+    sound = [(i, p) for i, p in enumerate(polygons) if p.is_valid]
+    for (i, polygon), (j, other) in permutations(sound, 2):
+        if polygon.contains(other) and not other.contains(polygon):
+            raise MeshError(
+                f"expected polygons apart in {path}, got polygon {j} at "
+                f"{place(other.exterior.coords[0])} inside polygon {i}. Remedy: leave it out, or "
+                f"make it a hole, an inner ring of polygon {i}"
             )
     return [
         [(float(c[0]), float(c[1]), 0.0) for c in ring.coords]

@@ -137,7 +137,7 @@ def _body(name: str, found: Any, details: Details) -> Body:
         return Structure(name, dict(found), details)
     each = tuple(found.values())
     loads, messages = (tuple(getattr(s, what) for s in each) for what in ("load", "message"))
-    cases = CasesSolution(each[0].footprint, tuple(found), loads, each, messages)
+    cases = CasesSolution(each[0].punch.footprint, tuple(found), loads, each, messages)
     return Footing(name, cases, details)
 
 

@@ -79,6 +79,9 @@ def report_data(bodies: Sequence[Body]) -> dict[str, Any]:
         ],
         "error": _error(footings[0]) if footings else None,
         "success": all(bool(body.success.all()) for body in bodies),
+        # what a run of the command line adds
+        "condition_number": None,
+        "seconds": None,
     }
 
 

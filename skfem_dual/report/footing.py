@@ -91,7 +91,7 @@ class Footing(UnderCases):
     def of(cls, name: str, solution: PunchSolution | CasesSolution, details: Details) -> "Footing":
         """Of cases, or of the one case of a single solution."""
         if isinstance(solution, PunchSolution):
-            single = solution.footprint, ("load",), (solution.load,), (solution,)
+            single = solution.punch.footprint, ("load",), (solution.load,), (solution,)
             solution = CasesSolution(*single, (solution.message,))
         return cls(name, solution, details)
 

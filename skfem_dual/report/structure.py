@@ -59,7 +59,7 @@ def structure_sections(
 ) -> list[Html]:
     """All of a report but its head."""
     plan = LoadedPlan(solution, details.units)
-    footprint, plate = solution.footprint, details.plates.get("")
+    plate = details.plates.get("")
     borne = Borne("load", solution.mean_pressure, bearing_pressure(solution), solution.success)
     return [
         notices(plan, "contact region", cautions_of(solution, plan), details.remarks),
@@ -68,7 +68,7 @@ def structure_sections(
         _deflections(solution, plan, details.own_points),
         moments_section(plate, {"load": solution}, details.units),
         pressure_section(solution, plan),
-        bearing_section([borne], [Circles.of(footprint).radius], details),
+        bearing_section([borne], [Circles.of(solution.punch.footprint).radius], details),
         depth_section(solution, details),
         _balance(solution, plan),
         solver_section([Solved(solution)], version, details.units),
