@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plans import rectangle
+from skfem import MeshTri
 from test_cli import DATA, DISC, GROUND, run
 
 import skfem_dual
@@ -338,6 +339,32 @@ def test_wrong_options(capsys, args, message):
 def test_dates(text, found):
     assert day(text) == found
     assert type(day(text)) is type(found)
+
+
+def test_points_and_large_settlements_over_all_cases(capsys, footing, tmp_path):
+    """Points wanted are told, and units doubted, of the case that settles most, too."""
+    cases_in(tmp_path, "name,force,ex,ey\na,1e9,0,0\nb,0.9e9,0.5,0.2\n")
+    point = ["--point", f"{SITE[0] + 1},{SITE[1] + 1}"]
+    solve = ["solve", footing[0], *UNITS]
+    code, out, err = run(capsys, *solve, "--loads", tmp_path / "cases.csv", *point)
+    assert code == 0
+    assert any(re.match(r"Settlement P1 +\S+ to \S+ mm", line) for line in out)
+    alone = cases_in(tmp_path, "name,force,ex,ey\na,1e9,0,0\n", "alone.csv")
+    _, _, said = run(capsys, *solve, "--loads", alone)
+    shares = [float(re.search(r"a settlement is (\S+) %", text[0])[1]) for text in (err, said)]
+    assert shares[0] >= shares[1]
+
+
+def test_a_picture_that_cannot_be_drawn_leaves_the_rest(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    corners = np.array([[0, 1, 1, 0, 0.5], [0, 0, 1, 1, 0.5]])
+    MeshTri(corners, np.array([[0, 1, 2, 3], [1, 2, 3, 0], [4] * 4])).save("four.vtu")
+    options = ["--grid", "triangles", "--edge", "constant", "--svg", "i.svg", "--json", "o.json"]
+    code, out, err = run(capsys, "solve", "four.vtu", *GROUND, "--force", "1", *options)
+    assert code == 2
+    assert err[-1].startswith("skfem-dual: not written: i.svg: expected a field with isobars")
+    assert (tmp_path / "o.json").exists()
+    assert any(line.startswith("Settlement W0") for line in out)
 
 
 @pytest.mark.parametrize("begin", [b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"])

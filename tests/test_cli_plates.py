@@ -14,7 +14,7 @@ from test_cli_cases import SITE, UNITS, cases_in
 from skfem_dual import DualMesh, HalfSpace, Plan, Plate, Punches, RigidPunch, column_load
 from skfem_dual.bodies.plates import excess_under_columns
 from skfem_dual.grids.generate import rectangle
-from skfem_dual.io import write_solution
+from skfem_dual.io import CaseRow, write_solution
 from skfem_dual.report import report_html, write_report
 from skfem_dual.report.details import Details
 
@@ -245,9 +245,22 @@ def test_a_thickness_in_another_unit_is_suspected(capsys, raft, tmp_path):
 
 def test_remedies_of_plates_are_options(capsys, raft, tmp_path):
     cases_in(tmp_path, COLUMNS.replace("wind, 800", "wind, -5800"))
-    code, _, err = run(capsys, *raft, *PLATE, "--loads", "cases.csv", "--cells", "20")
-    assert code == 2
-    assert err[0].endswith("Remedy: move them or --bilateral for ground that pulls")
+    loads = ["--loads", "cases.csv", "--cells", "20", "--table", "out.csv"]
+    code, _, err = run(capsys, *raft, *PLATE, *loads)
+    assert code == 3
+    # the other case has its row
+    assert err[0] == "skfem-dual: warning: cases without a solution, left out: wind"
+    assert err[1].startswith("skfem-dual: no solution in wind: expected loads")
+    assert err[1].endswith("Remedy: move them or --bilateral for ground that pulls")
+    with open("out.csv", encoding="utf-8") as file:
+        assert [row["name"] for row in csv.DictReader(file)] == ["weight"]
+    head, _, _, wind = COLUMNS.splitlines()
+    cases_in(tmp_path, f"{head}\n{wind.replace('800', '-5800')}\n")
+    (tmp_path / "out.csv").unlink()
+    code, _, err = run(capsys, *raft, *PLATE, *loads)
+    assert (code, len(err)) == (2, 1)
+    assert err[0].startswith("skfem-dual: error: case wind: expected loads")
+    assert not (tmp_path / "out.csv").exists()
 
 
 def test_a_million_cells_under_a_plate_are_refused_before_their_mesh(capsys, raft, monkeypatch):
@@ -317,3 +330,21 @@ def test_cells_too_large_for_a_column_are_told(capsys):
     assert code == 0
     told = r"under the column at \(16, 16\) is too large by up to \S+ %.*Remedy: --cells \d+"
     assert re.search(told, " ".join(err))
+
+
+def test_pages_of_one_solution_and_of_cases_tell_the_same_input(raft):
+    """What stands on a structure, and the motions that are imposed on a footing."""
+    dual = DualMesh.from_mesh(rectangle(6, 4, n=40))
+    plate = Plate(0.4, 30e6, 0.2)
+    slab = plate.on(SOIL, dual.basis())
+    s = slab.solve(column_load(slab.structure, (1.0, 0.5), 500.0, sides=(0.4, 0.4)))
+    row = CaseRow("", "load", "", 500.0, (1.0, 0.5), None, (0.0, 0.0), sides=(0.4, 0.4))
+    options = {"columns": {"": [row]}, "plates": {"": plate}}
+    for page in (report_html(s, **options), report_html({"": {"load": s}}, **options)):
+        assert "Loads on the structure" in page
+    footing = RigidPunch(SOIL, dual.basis())
+    moved = {"settlement": 0.0123, "tilt": (0.001, 0.0)}
+    for found in (footing.solve(**moved), footing.solve_many({"a": moved, "b": {"force": 1.0}})):
+        page = report_html(found)
+        given = page[page.index("<h2>Input") :]
+        assert "0.0123" in given[: given.index("</section>")]

@@ -923,3 +923,39 @@ def test_a_joint_is_no_edge_over_which_a_shape_presses():
     # over the edge of the whole it presses
     wide = group.solve([{"force": 20.0, "at": centre}]).solutions
     assert {half.punch.edge for half in wide} == {"singular"}
+
+
+@pytest.mark.parametrize("rtol", [None, 1e-9, 1e-6])
+@pytest.mark.parametrize(("one", "other"), [(2, 4), (4, 2), (2, 3)])
+def test_cells_of_different_sizes_on_a_thin_skin(one, other, rtol):
+    """The skin is part of what varies in the smaller ones only."""
+    skin = LayeredHalfSpace([Layer(0.004, 20.0, 0.3)], HalfSpace(1.0, 0.3))
+    circles = MeshTri.init_circle(one), MeshTri.init_circle(other).translated((2.5, 0.0))
+    feet = [
+        punch(mesh, substrate=skin, origin=(x, 0.0), rtol=rtol)
+        for mesh, x in zip(circles, (0.0, 2.5), strict=True)
+    ]
+    found = RigidPunches(feet).solve([{"force": 1.0}] * 2)
+    assert found.success
+    for each in found.solutions:  # of init_circle(5)
+        assert each.settlement == pytest.approx(0.569, rel=2e-2)
+
+
+def test_grip_is_asked_of_the_cells_of_the_own_body():
+    """Bodies stand in the order of their first punches, whatever the order within them."""
+    sphere = punch(
+        disc(2).translated((3.0, 0.0)), gap=Paraboloid(0.5, (3.0, 0.0)), edge="constant"
+    )
+    ends = [punch(disc(2).translated((x, 0.0)), edge="constant") for x in (0.0, 6.0)]
+    group = RigidPunches([ends[0], sphere, ends[1]], joined=[(2, 0)])
+    assert group.bodies == ((1,), (2, 0))
+    assert [len(own) for own in group.cells_of_bodies] == [
+        len(sphere.cells),
+        2 * len(ends[0].cells),
+    ]
+    assert (group.cells_of_bodies[0] == np.arange(len(sphere.cells)) + len(ends[0].cells)).all()
+
+
+def test_a_body_of_no_punch_is_refused():
+    with pytest.raises(ValueError, match="expected numbers of punches from 0 to 0, each once"):
+        RigidPunches([punch(disc(2))], joined=[()])

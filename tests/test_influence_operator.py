@@ -36,7 +36,8 @@ from skfem_dual import (
 from skfem_dual.contact import loaded_cells
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
-from skfem_dual.errors import ConvergenceError
+from skfem_dual.errors import ConvergenceError, MeshError
+from skfem_dual.grids.generate import disc as even_disc
 from skfem_dual.grids.partition import Partition
 from skfem_dual.operators import attempts, entries, resources
 from skfem_dual.operators.influence_operator import RTOL, InfluenceOperator
@@ -564,3 +565,44 @@ def test_products_of_nothing(method):
     soil = GROUNDS["layered"] if method == "dense" else HalfSpace(1.0, 0.0)
     operator = InfluenceOperator(soil, dual.basis(), method=method)
     assert (operator @ np.zeros((len(dual), 0))).shape == (len(dual), 0)
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-7])
+def test_points_beside_centroids(rtol):
+    """Where a dipole in the middle of a cell would do far more than its slope does."""
+    mesh = even_disc(n=900)
+    basis = DualMesh.from_mesh(mesh).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.3), basis, rtol, "fast")
+    nodes = InfluenceOperator(HalfSpace(1.0, 0.3), basis, rtol, "fast", collocation="node")
+    centroids, areas = operator.partition.centroids, operator.partition.areas
+    turn = np.linspace(0.0, 30.0, len(areas))
+    away = np.sqrt(areas / np.pi) * np.geomspace(1e-7, 0.3, len(areas))
+    near = operator.at(centroids + away * np.array([np.cos(turn), np.sin(turn)]))
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(areas))
+    for own in (nodes, near):
+        exact = own.rows(np.arange(len(areas)))
+        for q in (1 + centroids[0], signs):
+            off = np.abs(own @ q - exact @ q) / exact.sum(axis=1)
+            assert off.max() < 3 * rtol
+
+
+def test_sizes_that_are_no_numbers_are_refused():
+    mesh = MeshTri.init_circle(2)
+    for size in (1e-30, 1e40):
+        basis = DualMesh.from_mesh(mesh.scaled(size)).basis()
+        with pytest.raises(MeshError, match="expected cells of sizes from 1e-20 to"):
+            InfluenceOperator(HalfSpace(1.0, 0.3), basis, rtol=0.0)
+
+
+@pytest.mark.parametrize(("thickness", "young"), [(0.001, 20.0), (0.001, 0.05), (0.004, 20.0)])
+def test_on_thin_skins_as_under_a_punch(thickness, young):
+    """Cells far larger than a layer see another part c / r of the ground."""
+    ground = LayeredHalfSpace([Layer(thickness, young, 0.3)], HalfSpace(1.0, 0.3))
+    basis = DualMesh.from_mesh(MeshTri.init_circle(3)).basis()
+    operator = InfluenceOperator(ground, basis, rtol=0.0)
+    matrix = RigidPunch(ground, basis).matrix
+    np.testing.assert_allclose(operator.to_dense(), matrix, atol=1e-9 * matrix.max())
+    x = np.array([[0.1, 0.7], [0.2, -0.3]])
+    np.testing.assert_allclose(
+        operator.at(x).to_dense(), RigidPunch(ground, basis).influence(x), atol=1e-9 * matrix.max()
+    )

@@ -156,7 +156,7 @@ def test_shared_middle_of_a_polar_grid():
     middle = np.nonzero(np.hypot(*grid.p) < 1e-12)[0]
     t = np.where(np.isin(grid.t, middle), middle[0], grid.t)
     with pytest.raises(MeshError, match="its own node in the middle"):
-        Partition.from_mesh(MeshQuad(grid.p, t))
+        Partition.from_mesh(MeshQuad(grid.p, t).remove_unused_nodes())
 
 
 @pytest.mark.parametrize(
@@ -190,3 +190,13 @@ def test_faults_of_triangles_are_found_here_too():
     mesh.doflocs[0, 3] = np.nan
     with pytest.raises(MeshError, match="finite coordinates"):
         Partition.from_mesh(mesh)
+
+
+def test_quadrilaterals_with_unused_nodes_are_refused():
+    """What is drawn of contact would read memory that nothing was written to."""
+    line = np.linspace(0.0, 1.0, 5)
+    for bent in (0.0, 0.05):
+        grid = MeshQuad.init_tensor(line, line)
+        p = np.hstack([grid.p + bent * grid.p[::-1] ** 2, [[3.0], [3.0]]])
+        with pytest.raises(MeshError, match="every node to belong to a quadrilateral; 1 node"):
+            Partition.from_mesh(MeshQuad(p, grid.t))

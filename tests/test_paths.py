@@ -2,10 +2,13 @@ import numpy as np
 import pytest
 from elastic_shapes import plate
 from plans import disc, rectangle
+from skfem import MeshTri
 
 from skfem_dual import (
     DualMesh,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
     Load,
     Paraboloid,
     RigidPunch,
@@ -173,3 +176,14 @@ def test_nothing_lifts_off_where_the_ground_may_pull():
     assert curve.contact_area == pytest.approx(curve.contact_area[0])
     (told,) = plot_moment_rotation(curve).get_legend().get_texts()
     assert told.get_text() == "ground pulls"
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+def test_moment_rotation_on_crusts_that_bend_away():
+    """The middle hardly touches from the beginning; there may be no kern."""
+    for ratio in (20.0, 50.0):
+        crust = LayeredHalfSpace([Layer(0.2, 1.0, 0.3)], HalfSpace(1 / ratio, 0.3))
+        punch = RigidPunch(crust, DualMesh.from_mesh(MeshTri.init_circle(3)).basis())
+        curve = moment_rotation(punch, 1.0, steps=3)
+        assert curve.lift_off == 0.0
+        assert (np.diff(curve.rotation) > 0).all()

@@ -454,3 +454,13 @@ def test_an_outline_spans_the_plan_instead_of_the_cells():
     for wrong in [0.0, 1.0], np.zeros((3, 2)), "A":
         with pytest.raises((TypeError, ValueError), match="corners"):
             RigidPunch(UNIT, basis, corners=wrong)
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_stiffness_of_cells_that_resist_no_tilt(full):
+    """One cell, or a row: what collocation tells, as with constant pressures."""
+    row = MeshQuad.init_tensor(np.linspace(0.0, 5.0, 6), np.linspace(0.0, 1.0, 2))
+    for mesh in (MeshQuad(), row):
+        stiffness = RigidPunch(SOIL, CellBasis(mesh, ElementQuad0())).stiffness(full=full)
+        assert np.isfinite(stiffness).all()
+        assert stiffness[0, 0] > 0

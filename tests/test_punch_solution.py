@@ -13,6 +13,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 from skfem_dual import (
     DualMesh,
     HalfSpace,
+    Paraboloid,
     ResolutionWarning,
     RigidPunch,
     RigidPunches,
@@ -348,3 +349,15 @@ def test_origins_beside_the_plan_are_named_in_any_unit(unit):
     for away, named in (1.0, False), (1.1, True), (2.0, True), (20.0, True):
         punch = RigidPunch(UNIT, basis, origin=tuple(away * unit * way))
         assert ("Origin" in repr(punch.solve(1.0, unilateral=False))) == named
+
+
+@pytest.mark.parametrize("method", ["auto", "active-set"])
+def test_the_misfit_told_where_the_punch_hardly_moves(method):
+    """A shape that begins above the ground: nothing settles under the origin, much around it."""
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    plain = RigidPunch(UNIT, basis, gap=Paraboloid(1.0)).solve(0.2)
+    lifted = RigidPunch(UNIT, basis, gap=lambda x: (x**2).sum(axis=0) / 2 - plain.settlement)
+    told = lifted.solve(0.2, method=method)
+    assert abs(told.settlement) < 1e-9
+    misfit = float(re.search(r"displacement (\S+)", repr(told))[1])
+    assert misfit < 1e-6

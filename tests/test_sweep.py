@@ -40,7 +40,9 @@ from skfem_dual import (
     DualMesh,
     GradedHalfSpace,
     HalfSpace,
+    Paraboloid,
     Plate,
+    Punches,
     ResolutionWarning,
     RigidPunch,
     RigidPunches,
@@ -134,6 +136,35 @@ def calls(tmp_path):
 
 
 # --- ways to run
+
+
+def test_success_of_several_results_in_one():
+    """Of tuples, as groups answer, of what stands beside a solution, and of cases within."""
+    punch = punch_of(0.2)
+    beyond = {"force": 1.0, "at": (1.5, 0.0)}
+    with pytest.warns(ConvergenceWarning):
+        cases = punch.solve_many([{"force": 1.0}, beyond])
+    for result in ((cases, 1.0), [(cases,), "said"], cases):
+        with pytest.warns(ConvergenceWarning, match="have success=False.*the punch turns over"):
+            found = sweep(lambda _, result=result: result, [0])
+        assert not found.success
+        assert "the punch turns over" in found.unsolved[0]
+    assert sweep(lambda _: ((punch.solve(1.0), 2.0), [], "text"), [0]).success
+
+
+def test_results_share_bodies_over_their_edges_and_without_structures():
+    """Those are other objects of the problem: what they know is not computed for each result."""
+    loads = [[{"force": 1.0}] * 2, [{"force": 2.0}] * 2]
+    basis = DualMesh.from_mesh(disc(2)).basis()
+    apart = DualMesh.from_mesh(disc(2).translated((3.0, 0.0))).basis()
+    soil = HalfSpace(1.0, 0.2)
+    both = Punches([RigidPunch(soil, basis), RigidPunch(soil, apart, origin=(3.0, 0.0))])
+    found = sweep(both.solve, [{"loads": each} for each in loads]).results
+    assert all(each.punches is both for each in found)
+    assert found[0].solutions[0].punch is found[1].solutions[0].punch
+    shaped = RigidPunch(HalfSpace(1.0, 0.2), basis, gap=Paraboloid(25.0))
+    over = sweep(shaped.solve, [{"force": 1.0}, {"force": 2.0}]).results
+    assert all(each.punch is shaped.sharp for each in over)
 
 
 def test_one_after_the_other():

@@ -261,3 +261,14 @@ def test_what_memory_does_not_hold_is_refused_before_the_work(monkeypatch):
         with pytest.raises(MemoryError, match=r"expected at most 95.37 MiB.*Remedy: "):
             call()
     assert solution.pressure_field(refine=0)[1].max() > 0
+
+
+def test_transposed_products_of_complex_vectors():
+    basis = CellBasis(MeshQuad().refined(5), ElementQuad0())
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, edge="constant")
+    assert operator.method == "toeplitz"
+    rng = np.random.default_rng(0)
+    q = rng.random(1024) + 1j * rng.random(1024)
+    expected = operator @ q
+    for found in (operator.T @ q, operator.H @ q, operator.rmatvec(q), q @ operator):
+        np.testing.assert_allclose(found, expected, rtol=1e-9)

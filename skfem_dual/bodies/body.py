@@ -257,7 +257,7 @@ class Movable(Body):
     def _vertical_stiffness(self) -> ndarray:
         """By motions of the plan's centroid."""
         self.warn_of_pulling()
-        by_work = self.gap is None and self.weights is not None
+        by_work = self.gap is None and self.weights is not None and self.footprint.resisting
         return self.work.stiffness if by_work else self.system.stiffness
 
     @computed_once

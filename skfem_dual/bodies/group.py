@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy import ndarray
@@ -17,7 +17,7 @@ from ..contact.parts import Part, by_bodies
 from ..contact.problem import Contact, warn_of
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
-from ..contact.union import joint_operator, rows_of, union
+from ..contact.union import in_blocks, joint_operator, rows_of, union
 from ..elements.balance import resist
 from ..grids.outline import edge_ribs
 from ..grids.polygons import readonly
@@ -221,7 +221,8 @@ class RigidPunches(RigidBodies):
     @computed_once
     def exact_rows(self) -> ExactRows:
         """Some rows of the matrix, computed apart from it."""
-        return rows_of(self.footprints)
+        blocks = isinstance(self.operator, ndarray) and in_blocks(self.footprints, self.cells)
+        return rows_of(self.footprints) if blocks else cast(ExactRows, self.cells.exact_rows)
 
     @property
     def _rtol(self) -> float:

@@ -25,7 +25,8 @@ def checked_joined(joined: Sequence[Sequence[int]], n: int) -> list[tuple[int, .
         for group in checked_sequence("joined", joined)
     ]
     named = [i for group in groups for i in group]
-    if len(set(named)) < len(named) or any(not 0 <= i < n for i in named):
+    known = all(0 <= i < n for i in named) and all(groups)
+    if len(set(named)) < len(named) or not known:
         raise ValueError(
             f"expected numbers of punches from 0 to {n - 1}, each once, for joined, got {groups}"
         )

@@ -286,9 +286,11 @@ def moment_rotation(
         raise ValueError("expected the origin of the punch inside the convex hull of its plan")
     lift_off = np.nan
     if punch.gap is None and options.get("unilateral", True):
-        kern = ConvexHull(punch.kern().T).equations
-        outside = kern[:, 2].max() > 1e-9 * overturning  # lifted off before it moves
-        lift_off = 0.0 if outside else max(_reach(kern, along), 0.0)
+        lift_off = 0.0  # before it moves, as on crusts that bend away and outside of the kern
+        if (punch.system.unit_pressures[:, 0] > 0).all():
+            kern = ConvexHull(punch.kern().T).equations
+            outside = kern[:, 2].max() > 1e-9 * overturning
+            lift_off = 0.0 if outside else max(_reach(kern, along), 0.0)
     # the pressure acts inside the outermost cells
     acting = (punch.acting - np.array(punch.origin)[:, None]).T
     outermost = min(0.97 * overturning, 0.999 * _reach(ConvexHull(acting).equations, along))

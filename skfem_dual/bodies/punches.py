@@ -18,6 +18,7 @@ from scipy.sparse import csr_matrix
 
 from ..arguments import checked_flag, checked_sequence
 from ..contact.by_work import Beside, added_by_work, met
+from ..contact.edges import narrow
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load, load_of, require_compression, require_vertical
 from ..contact.loaded_cells import Ground, LoadedCells, slices_of
@@ -120,7 +121,7 @@ class Punches(FromFields):
         return tuple(punch.footprint for punch in self.punches)
 
     @computed_once
-    def _rigid(self) -> RigidPunches | None:
+    def rigid(self) -> RigidPunches | None:
         """The same bodies with the laws of lines of contact, if none of them bends."""
         rigid = [punch for punch in self.punches if isinstance(punch, RigidPunch)]
         return RigidPunches(rigid, names=self.names) if len(rigid) == len(self.punches) else None
@@ -206,9 +207,9 @@ class Punches(FromFields):
             checked_flag("progress", progress),
         )
         given = self._checked_loads(loads)
-        if self._rigid is not None:
+        if self.rigid is not None:
             options = how._asdict() | {"progress": progress}
-            return replace(self._rigid.solve(given, **options), punches=self)
+            return replace(self.rigid.solve(given, **options), punches=self)
         tell_of_coarse(self)
         return self._solved(given, how, progress)
 
@@ -237,6 +238,10 @@ class Punches(FromFields):
         # slopes reach farther out than flat cells, but turn there
         if how.unilateral and sloping and not contact.success:
             self._require_balance(given, self._shares(given, np.ones(len(self.cells), bool)))
+        if contact.success and not how.unilateral:
+            for name, punch in zip(self.names, self.punches, strict=True):
+                if isinstance(punch, RigidPunch):
+                    punch.warn_of_pulling(f"punch {name}: ")
         timings = self.timings | {"solution": seconds()}
         return PunchesSolution(self, self._solutions(given, shares, contact, position, timings))
 
@@ -345,7 +350,7 @@ class Punches(FromFields):
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
             others, part, way = (*pressed[:i], *pressed[i + 1 :]), parts[i], moved[i]
             if isinstance(punch, RigidPunch):
-                warn_of(part)
+                warn_of(part, _rough(punch, part))
                 times = punch.timings | timings
                 beside = Beside(punch, load, part, way, others)
                 found = PunchSolution.from_contact(punch, load, part, way, times, others, beside)
@@ -395,3 +400,9 @@ def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Contri
         punch.initial_gap,
         load.constraints(punch.origin - punch.centre),
     )
+
+
+def _rough(punch: RigidPunch, contact: Contact) -> list[str]:
+    """Warnings of contact under one of them, as of `RigidPunches`."""
+    thin = "" if punch.initial_gap.any() else narrow(punch.partition, contact.touching)
+    return [message for message in (contact.rough, thin) if message]

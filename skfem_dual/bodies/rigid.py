@@ -74,16 +74,16 @@ class RigidBodies(FromFields, ABC):
         own: dict[int, list[ndarray]] = {}
         for part, cells in zip(self.parts, self.slices, strict=True):
             own.setdefault(part.body, []).append(np.arange(cells.start, cells.stop))
-        return [np.concatenate(cells) for cells in own.values()]
+        return [np.concatenate(own[body]) for body in range(len(own))]
 
     def rough(self, contact: Contact) -> list[str]:
         """Warnings of contact on few cells, or hardly wider than one under a flat punch."""
-        found = [few + self.refined_by for few in rough_under(contact, self.cells_of_bodies)]
+        found = rough_under(contact, self.cells_of_bodies)
         joined = np.bincount([part.body for part in self.parts]) > 1
         for part, own in zip(self.parts, self.slices, strict=True):
             if not joined[part.body] and not self.system.gap[own].any():
                 found.append(narrow(part.footprint.partition, contact.touching[own]))
-        return [message for message in found if message]
+        return [message + self.refined_by for message in found if message]
 
     @computed_once
     def sloping(self) -> tuple[SlopeCorrection, ...]:

@@ -16,7 +16,6 @@ OPTIONS = (
     (r"at= or origin=", "--at or --origin"),
     # what only programs can do
     (r", as by refine_to_contact on triangles", ""),
-    (r"refine_to_contact\(\), or cells graded to the edge", "smaller cells along the edge"),
     (r"; the settlement of the ground beside it is solution\.ground_displacement\(x\)", ""),
     (r"; or pressure_field with a larger refine, nodal_pressure with conserve=False", ""),
     (r", or tol= greater than it, now \S+", ""),

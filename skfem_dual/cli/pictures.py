@@ -1,6 +1,7 @@
 """The pictures asked for."""
 
 import argparse
+from contextlib import closing
 from typing import Any
 
 from ..io import write_whole
@@ -18,14 +19,18 @@ def draw(
         from ..visuals.scene import name_axes
 
         plotter = getattr(pyvista, what)(*args, **kwargs)
-        if length:
-            name_axes(plotter, f"x, y [{length}]")
-        write_whole(options.png, plotter.screenshot)
-        plotter.close()
+        with closing(plotter):
+            if length:
+                name_axes(plotter, f"x, y [{length}]")
+            write_whole(options.png, plotter.screenshot)
     if options.svg:
         from ..visuals import matplotlib
+        from ..visuals.axes import pyplot
 
         axes = getattr(matplotlib, what)(*args, **kwargs)
-        if length:
-            axes.set(xlabel=f"x [{length}]", ylabel=f"y [{length}]")
-        write_whole(options.svg, axes.figure.savefig)
+        try:
+            if length:
+                axes.set(xlabel=f"x [{length}]", ylabel=f"y [{length}]")
+            write_whole(options.svg, axes.figure.savefig)
+        finally:
+            pyplot().close(axes.figure)

@@ -10,9 +10,9 @@ from skfem import LinearForm
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
 from ..bodies.plates import excess_under_columns, require_memory
-from ..errors import ResolutionWarning, warn
+from ..errors import ConvergenceWarning, ResolutionWarning, warn
 from ..io import CaseRow
-from ..messages import place
+from ..messages import place, shortened
 from ..plans.read import SUFFIXES
 from ..solutions.elastic_solution import ElasticSolution
 from .footings import Base, CaseRows, names_of, only, punches_of, single_load
@@ -93,14 +93,20 @@ def solve_plates(
     bases: Sequence[Base],
     plates: dict[str, Plate],
     cases: CaseRows | None,
-) -> tuple[list[RigidPunch | ElasticPunch], dict[str, dict[str, Any]], dict[str, list[CaseRow]]]:
-    """The footings; their solutions in all cases by names, that of a single one empty; and what
-    stands on plates, likewise.
+) -> tuple[
+    list[RigidPunch | ElasticPunch],
+    dict[str, dict[str, Any]],
+    dict[str, list[CaseRow]],
+    dict[str, str],
+]:
+    """The footings; their solutions in all cases by names, that of a single one empty; what
+    stands on plates, likewise; and cases whose loads cannot be balanced, with the reason: they
+    are left out, with a warning.
 
     Raises
     ------
     ValueError
-        If loads do not fit a footing or cannot be balanced; says in which line or case.
+        If loads do not fit a footing, or in no case can be balanced; says in which line or case.
     """
     punches = [
         _plate(options, ground, base, plates[base.name])
@@ -112,6 +118,7 @@ def solve_plates(
     names = [base.name for base in bases]
     found: dict[str, dict[str, Any]] = {name: {} for name in names}
     cases = {"load": {names[0]: [_single_row(options)]}} if cases is None else cases
+    impossible: dict[str, str] = {}
     for case, rows in cases.items():
         loads = [
             _load(punch, base, rows[base.name]) for punch, base in zip(punches, bases, strict=True)
@@ -122,17 +129,24 @@ def solve_plates(
             else:
                 solutions = list(Punches(punches, names).solve(loads, **how).solutions)
         except ValueError as error:
-            raise ValueError(f"case {case}: {error}") from error
+            impossible[case] = str(error)
+            if len(impossible) == len(cases):
+                raise ValueError(f"case {case}: {error}") from error
+            continue
         for base, solution in zip(bases, solutions, strict=True):
             found[base.name][case] = solution
-    columns = {name: [row for of in cases.values() for row in of[name]] for name in plates}
+    if impossible:
+        left = shortened(", ".join(impossible), 60)
+        warn(f"cases without a solution, left out: {left}", ConvergenceWarning)
+    solved = [of for case, of in cases.items() if case not in impossible]
+    columns = {name: [row for of in solved for row in of[name]] for name in plates}
     for base in bases:
         if base.name in plates:
             _warn_if_coarse(plates[base.name], base, columns[base.name], found[base.name])
     if len(bases) > 1:
-        return punches, found, columns
+        return punches, found, columns, impossible
     (name,) = found
-    return punches, {"": found[name]}, {"": columns[name]}
+    return punches, {"": found[name]}, {"": columns[name]}, impossible
 
 
 def _plate(options: argparse.Namespace, ground: Any, base: Base, plate: Plate) -> ElasticPunch:

@@ -56,6 +56,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     require_report(options)
     details, plates = _details(options), plates_of(options)
     times: dict[str, float] = {}
+    impossible: dict[str, str] = {}
     ground = ground_of(options)
     grid = partial(grid_of_outline, options)
     cases = read_loads(options)
@@ -64,7 +65,9 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     solution: Any
     punches: Sequence[RigidPunch | ElasticPunch]
     if plates:
-        punches, solution, columns = solve_plates(options, ground, bases, plates, cases)
+        punches, solution, columns, impossible = solve_plates(
+            options, ground, bases, plates, cases
+        )
         times["all"] = perf_counter() - begin
         made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
         details = replace(details, plates=made, columns=columns)
@@ -89,6 +92,9 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
         for standing in standings:
             _ = standing.bounds  # known from here on
         times["bounds"] = perf_counter() - begin
+    if options.json or options.report:
+        for standing in standings:
+            _ = standing.kern  # which may warn
     _tell_of_plates(bodies)
     before = len(options.warned)
     _tell_of_units(details, bodies)  # which reports say of themselves
@@ -98,7 +104,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     if options.report:
         remarks = tuple(text for text in options.warned if text not in said)
         write_report(options.report, solution, details=replace(bodies[0].details, remarks=remarks))
-    failed = _failed(bodies)
+    failed = _failed(bodies, impossible)
     if failed:
         tell(f"no solution{failed}")
     short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
@@ -155,13 +161,18 @@ def _write_fields(
         if pictures:
             tell(f"not written, as there is no pressure to draw: {', '.join(pictures)}")
         return bool(pictures)
-    draw(options, "isobars", governing, **_scale(details.units))
+    try:
+        draw(options, "isobars", governing, **_scale(details.units))
+    except ValueError as error:  # as of constant pressures, which have no isobars
+        tell(f"not written: {', '.join(pictures)}: {in_options(str(error))}")
+        return True
     return False
 
 
-def _failed(bodies: Sequence[Body]) -> str:
-    """The cases without a solution, and why the first has none; empty if all have one."""
-    failed: dict[str, str] = {}
+def _failed(bodies: Sequence[Body], impossible: dict[str, str]) -> str:
+    """The cases without a solution, those of plates that are ``impossible`` by their messages
+    among them, and why the first has none; empty if all have one."""
+    failed = dict(impossible)
     for body in bodies:
         for name, message, ok in zip(body.names, body.messages, body.success, strict=True):
             if not ok:
@@ -169,10 +180,11 @@ def _failed(bodies: Sequence[Body]) -> str:
     if not failed:
         return ""
     (first, why), *others = failed.items()
-    if len(bodies[0].names) == 1:
+    count = len(bodies[0].names) + len(impossible)
+    if count == 1:
         return f": {in_options(why)}"
     which = shortened(", ".join(failed), 60)
-    named = f"{len(failed)} of {len(bodies[0].names)} cases, {which}; {first}" if others else first
+    named = f"{len(failed)} of {count} cases, {which}; {first}" if others else first
     return f" in {named}: {in_options(why)}"
 
 

@@ -8,7 +8,6 @@ from ..messages import decimals_of, place, shortened
 from ..report.bodies import Body, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
-from ..report.structures import Structure
 from ..solutions.punch_solution import PunchSolution
 from ..units import Unit, Units
 from .footings import Base
@@ -97,7 +96,9 @@ def case_table(bodies: Sequence[Body], bases: Sequence[Base], times: Mapping) ->
                 cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
         lines += ["", *_envelope(body)]
-        told = _bounds(body, times) if isinstance(body, Footing) else _points(body)
+        told = _points(body)
+        if isinstance(body, Footing):
+            told |= _bounds(body, times)
         lines += [*(f"{name + ' ':<24}{line}" for name, line in told.items()), ""]
     for pair in between(bodies):
         moved = _read(pair.difference, units.displacement, named=units.named)
@@ -143,12 +144,15 @@ def _plate_rows(body: Body) -> dict[str, str]:
     return {"Plate": f"{_read(plate.thickness, units.length, units.named)} thick, {made}"}
 
 
-def _points(body: Structure) -> dict[str, str]:
-    """Deflections of the points wanted, over all cases."""
+def _points(body: Body) -> dict[str, str]:
+    """Settlements or deflections of the points wanted, over all cases with success."""
     unit, named = body.details.units.displacement, body.details.units.named
+    if not body.success.any():
+        return {}
+    what = "Settlement" if isinstance(body, Footing) else "Deflection"
     return {
-        f"Deflection {name}": f"{_read(w.min(), unit, False)} to {_read(w.max(), unit, named)}"
-        for name, w in zip(body.points, body.settlements.T, strict=True)
+        f"{what} {name}": f"{_read(w.min(), unit, False)} to {_read(w.max(), unit, named)}"
+        for name, w in zip(body.points, body.settlements[body.success].T, strict=True)
         if name.startswith("P")
     }
 

@@ -63,8 +63,8 @@ def narrow(partition: Partition, touching: ndarray) -> str:
         return ""
     return (
         f"contact on {touching.sum()} of {len(touching)} cells is hardly anywhere wider than one: "
-        "its area, which may be many times too large, and the position are rough. Remedy: "
-        "refine_to_contact(), or cells graded to the edge"
+        "its area, which may be many times too large, and the position are rough. Remedy: smaller "
+        "cells along the edge"
     )
 
 

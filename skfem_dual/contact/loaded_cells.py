@@ -11,6 +11,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy import ndarray
 
+from ..elements.balance import resist
 from ..elements.edge_weights import EdgeWeights
 from ..elements.influence import as_points
 from ..elements.slope_correction import SlopeCorrection
@@ -73,6 +74,11 @@ class LoadedCells(ReadOnly):
     def few(self) -> bool:
         """Whether their matrix is a small one."""
         return len(self) <= DENSE
+
+    @property
+    def resisting(self) -> bool:
+        """Whether they resist tilts if all touch: not if they are few, or in one row."""
+        return resist(self.collocation_points, np.ones(len(self), dtype=bool))
 
     @computed_once
     def ground(self) -> Substrate:

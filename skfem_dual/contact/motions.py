@@ -152,7 +152,8 @@ class Motions(ReadOnly):
         """Forces by motions, symmetric, shape (m, m): by work, where the edge is singular and all
         cells touch, otherwise by collocation."""
         stiffness = self.collocated_stiffness
-        if self._cells.weights is not None and self.touching.all():
+        cells = self._cells
+        if cells.weights is not None and self.touching.all() and cells.resisting:
             flexibility = np.linalg.inv(stiffness)
             flexibility = flexibility + flexibility.T @ self._work @ flexibility
             stiffness = np.linalg.inv(flexibility)

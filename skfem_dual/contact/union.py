@@ -57,9 +57,15 @@ def joint_operator(parts: Sequence[Footprint], cells: LoadedCells) -> ndarray | 
     Up to 4000 cells exact and dense, unless all parts have an ``rtol``; beyond, the least of
     these. ``cells`` is the union of the parts.
     """
-    if any(part.rtol is None for part in parts) and cells.few:
+    if in_blocks(parts, cells):
         return matrix_of(parts)
     return cells.operator(min(part.tolerance for part in parts))
+
+
+def in_blocks(parts: Sequence[Footprint], cells: LoadedCells) -> bool:
+    """Whether their operator is made of those of the parts: each on the ground as it sees it
+    alone, which for cells of different sizes on thin skins is not one."""
+    return any(part.rtol is None for part in parts) and cells.few
 
 
 def rows_of(parts: Sequence[LoadedCells]) -> ExactRows:
@@ -135,6 +141,9 @@ class _UnionWeights(EdgeWeights):
     def factors(self) -> Factors:
         """The laws of the parts, and that of each cell."""
         values, per_root, _ = zip(*(part.factors for part in self.parts))
+        # of cells that see no law of the ground, as on thin skins, all factors are one
+        most = max(table.shape[1] for table in values)
+        values = tuple(v if v.shape[1] == most else np.ones((len(v), most)) for v in values)
         own = np.searchsorted(self.first, np.arange(len(self.partition)), "right") - 1
         return Factors(np.vstack(values), np.concatenate(per_root), own.clip(0).astype(np.int32))
 

@@ -15,8 +15,9 @@ from .near_sums import NearSums
 from .slopes import Slopes
 
 #: points are in the middle of a dipole, and take nothing from it, up to this part of the square of
-#: the radius of its circle: what near corrections take off again would drown all else
-AT_REST = 1e-11
+#: the radius of its circle: near corrections take the rest off again, of which in single precision
+#: nothing is left nearer to it, as nodes of even meshes are to the centroids of their cells
+AT_REST = 1e-2
 #: nanoseconds that a point takes, about
 POINT = 200
 

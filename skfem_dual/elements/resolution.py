@@ -112,6 +112,22 @@ def mean_size(partition: Partition, power: int) -> float:
     return float(np.sqrt(np.average(partition.areas, weights=partition.areas**power)))
 
 
+def require_sizes(partition: Partition) -> None:
+    """Refuse cells so large or small that their moments are no numbers.
+
+    Raises
+    ------
+    MeshError
+        If they are.
+    """
+    largest = float(np.sqrt(partition.areas.max()))
+    if not SIZES[0] < largest < SIZES[1]:
+        raise MeshError(
+            f"expected cells of sizes from {SIZES[0]:g} to {SIZES[1]:g}, got {largest:.3g}. "
+            "Remedy: choose units in which sizes are near 1"
+        )
+
+
 def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) -> str | None:
     """What to warn of if the cells are too coarse for the ground, else None.
 
@@ -122,12 +138,7 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     MeshError
         If they are so large or small that their moments are no numbers.
     """
-    largest = float(np.sqrt(partition.areas.max()))
-    if not SIZES[0] < largest < SIZES[1]:
-        raise MeshError(
-            f"expected cells of sizes from {SIZES[0]:g} to {SIZES[1]:g}, got {largest:.3g}. "
-            "Remedy: choose units in which sizes are near 1"
-        )
+    require_sizes(partition)
     if not isinstance(substrate, Stratified):
         return None
     # of graded meshes the largest cells follow waves worst; parts cancel over all of the plan

@@ -127,6 +127,14 @@ def array_conditions(mesh: MeshTri) -> Iterator[Condition]:
         np.nonzero(((t < 0) | (t >= p.shape[1])).any(axis=0))[0],
         f"mend the connectivity mesh.t (found {t.min()} to {t.max()})",
     )
+    used = np.zeros(p.shape[1], dtype=bool)
+    used[t] = True
+    yield Condition(
+        f"every node to belong to a {cell}",
+        "node",
+        np.nonzero(~used)[0],
+        "remove the nodes, e.g. mesh.remove_unused_nodes()",
+    )
 
 
 def triangulation_conditions(corners: Corners) -> Iterator[Condition]:
@@ -144,14 +152,6 @@ def _structure_conditions(corners: Corners) -> Iterator[Condition]:
         "triangle",
         np.nonzero((t[0] == t[1]) | (t[1] == t[2]) | (t[0] == t[2]))[0],
         "remove these triangles",
-    )
-    used = np.zeros(p.shape[1], dtype=bool)
-    used[t] = True
-    yield Condition(
-        "every node to belong to a triangle",
-        "node",
-        np.nonzero(~used)[0],
-        "remove the nodes, e.g. mesh.remove_unused_nodes()",
     )
     longest = np.max(np.ptp(p.take(t, axis=1), axis=1), axis=0)
     yield Condition(

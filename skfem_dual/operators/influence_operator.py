@@ -24,12 +24,14 @@ from ..arguments import (
 from ..elements.edge_weights import EdgeWeights
 from ..elements.flexible import cells_of
 from ..elements.influence import as_points
+from ..elements.resolution import require_sizes
 from ..elements.slopes import Slopes
 from ..grids.lattice import Lattice
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
+from ..ground.seen import Seen, seen_by
 from ..ground.substrates import Substrate
 from ..messages import shown
 from .attempts import ROWS, product, within
@@ -146,7 +148,10 @@ class InfluenceOperator(LinearOperator):
             )
         basis = cells_of(basis)
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
-        weights, slopes = _law(substrate, basis, partition, edge)
+        self._ground = ground = _ground(substrate, partition, edge)
+        weights, slopes = _law(ground, basis, partition, edge)
+        if weights is not None:
+            require_sizes(partition)
         x = readonly(_points(partition, collocation))
         m, n = x.shape[1], len(partition)
         if m == 0:
@@ -164,7 +169,7 @@ class InfluenceOperator(LinearOperator):
         if periodic := isinstance(substrate, PeriodicGround):
             require_period(substrate, lattice)
             checked_choice("method", method, ("auto", "toeplitz"))
-        layered = not periodic and substrate.remainder is not None
+        layered = not periodic and ground.remainder is not None
         places = None if lattice is None else prod(lattice.shape)
         known = None if like is None else self._expansions(like)
         asked = method, m, n, float(rtol), layered, places
@@ -173,7 +178,7 @@ class InfluenceOperator(LinearOperator):
         self.rtol = min(self._asked, ROUNDING) if self.method == "toeplitz" else self._asked
         start = perf_counter()
         single = self.method == "fast" and rtol >= SINGLE
-        self._entries = Entries(substrate, partition, x, weights, slopes, single)
+        self._entries = Entries(ground, partition, x, weights, slopes, single)
         self.correction, self.sloping = self._entries.correction, self._entries.sloping
         kept = within(self._entries, self.method, self.rtol, known)
         self._kept, self.error, self.row_error = kept
@@ -225,14 +230,14 @@ class InfluenceOperator(LinearOperator):
             As the class.
         """
         rtol = self._asked if rtol is None else rtol
-        cells, points = (self.substrate, self.partition, rtol), as_points(x)
+        cells, points = (self._ground, self.partition, rtol), as_points(x)
         law: Any = "constant" if self._law is None else self._law
         return type(self)(*cells, edge=law, collocation=points, like=self)
 
     def _expansions(self, like: "InfluenceOperator") -> FastSummation | None:
         """What another operator knows of the same cells."""
         checked_instance("like", like, InfluenceOperator)
-        own, other = ((op.substrate, op.partition, op.weights) for op in (self, like))
+        own, other = ((op._ground, op.partition, op.weights) for op in (self, like))
         if not (own[0] == other[0] and own[1] is other[1] and own[2] is other[2]):
             raise ValueError(
                 "expected an operator from the same cells for like, got one of another ground, "
@@ -295,7 +300,7 @@ class InfluenceOperator(LinearOperator):
             matrix = self._kept.to_dense()
             matrix.setflags(write=False)
             return matrix
-        cells = self.substrate, self.partition, self.x, self._law
+        cells = self._ground, self.partition, self.x, self._law
         return self.from_partition(*cells, self.rtol, "dense").to_dense()
 
     @property
@@ -387,6 +392,8 @@ class InfluenceOperator(LinearOperator):
     def _rmatvec(self, w: ndarray) -> ndarray:
         if isinstance(self._kept, FastSummation):
             raise NotImplementedError("the fast summation has no transpose")
+        if np.iscomplexobj(w):
+            return self._rmatvec(w.real) + 1j * self._rmatvec(w.imag)
         if isinstance(self._kept, BlockToeplitz):
             return self._kept @ w  # symmetric
         return self._kept.T @ w
@@ -402,8 +409,19 @@ class InfluenceOperator(LinearOperator):
         )
 
 
-def _law(
+def _ground(
     substrate: Substrate,
+    partition: Partition,
+    edge: Literal["singular", "constant"] | EdgeWeights | Slopes,
+) -> Substrate:
+    """The ground as cells of a singular edge see it, as under a `RigidPunch`."""
+    if not isinstance(edge, str) or edge != "singular":
+        return substrate
+    return seen_by(substrate, partition.areas[partition.f2c[0, edge_ribs(partition)]])
+
+
+def _law(
+    ground: Substrate,
     basis: CellBasis | Partition,
     partition: Partition,
     edge: Literal["singular", "constant"] | EdgeWeights | Slopes,
@@ -411,7 +429,7 @@ def _law(
     """How the pressure varies inside cells; None if it does not."""
     if isinstance(edge, Slopes):
         law: Any = "constant" if edge.weights is None else edge.weights
-        return _law(substrate, basis, partition, law)[0], edge
+        return _law(ground, basis, partition, law)[0], edge
     if isinstance(edge, EdgeWeights):
         if len(edge.mean) != len(partition):
             raise ValueError(
@@ -429,7 +447,8 @@ def _law(
             'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
             "a basis, whose mesh tells the weights"
         )
-    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), substrate)
+    own = None if isinstance(ground, Seen) else ground
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), own)
     return weights, Slopes.from_weights(weights)
 
 

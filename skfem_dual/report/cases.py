@@ -46,10 +46,9 @@ from .page import (
 from .results import in_words, isobars_figure, plan_figure, read
 from .sliding import sliding_section
 from .structure import cautions_of as cautions_of_structure
-from .structure import imposed_on, moments_section
+from .structure import columns_table, imposed_on, moments_section
 from .structures import (
     Structure,
-    columns_table,
     deflections_section,
     depth_of_structure,
     pictures_section,
@@ -209,7 +208,7 @@ def _input(bodies: Sequence[Body], mesh_name: str) -> Html:
     for footing in bodies:
         if isinstance(footing, Structure):
             parts.append(structure_table(footing, footing.name or mesh_name))
-            parts.append(columns_table(footing))
+            parts.append(columns_table(footing.name, footing.columns, footing.standing))
             continue
         standing = footing.standing
         if standing is None:
@@ -256,9 +255,16 @@ def _loads(footing: Footing) -> Html:
         at = np.array(load.at or (0.0, 0.0)) + origin
         where = joined([place(at, size)]) if load.tilt is None else DASH
         moments = (amount(m, units.moment) if m else "0" for m in (m2, -m1))
-        rows.append((name, force, where, *moments))
+        moved = [DASH if load.settlement is None else amount(load.settlement, units.displacement)]
+        tilted = [DASH] * 2 if load.tilt is None else [amount(t, units.slope) for t in load.tilt]
+        rows.append((name, force, where, *moments, *moved, *tilted))
     head = ["Case", f"Force [{units.force.symbol}]", f"acting at [{units.length.symbol}]"]
     head += [f"M{axis} [{units.moment.symbol}]" for axis in "xy"]
+    motions = [f"W0 [{units.displacement.symbol}]"]
+    motions += [f"L{axis} [{units.slope.symbol}]" for axis in "xy"]
+    if all(cell == DASH for row in rows for cell in row[len(head) :]):
+        rows, motions = [row[: len(head)] for row in rows], []
+    head += motions
     return joined([table(rows, head, f"Load cases {footing.name}".rstrip(), numeric=True), note])
 
 

@@ -151,8 +151,13 @@ class Footing(UnderCases):
 
     @property
     def deformation(self) -> float:
-        """Settlement of the governing case over the extent of the plan."""
-        return 0.0 if self.standing is None else self.standing.deformation
+        """Largest settlement in a case with success, or in the one shown, over the extent of the
+        plan."""
+        if self.standing is None:
+            return 0.0
+        size = self.standing.size
+        others = np.abs(self.cases.largest_settlement[self.success]) / size
+        return max(self.standing.deformation, float(others.max(initial=0.0)))
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each case."""

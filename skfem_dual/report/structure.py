@@ -1,6 +1,6 @@
 """Deflections, pressures and checks of a structure that bends, as sections of a report."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy import ndarray
 from ..bodies.plates import Plate
 from ..grids.cellwise import nodal_mesh
 from ..grids.outline import onto_segments
+from ..io import CaseRow
 from ..solutions.bearing import Circles, bearing_pressure
 from ..solutions.elastic_solution import ElasticSolution
 from ..units import Units
@@ -21,6 +22,7 @@ from .footing import edge_of, require_points_on
 from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, shape_of
 from .numbers import LoadedPlan
 from .page import (
+    DASH,
     NONE,
     Html,
     amount,
@@ -59,12 +61,15 @@ def structure_sections(
 ) -> list[Html]:
     """All of a report but its head."""
     plan = LoadedPlan(solution, details.units)
-    plate = details.plates.get("")
+    plate, columns = (
+        details.plates.get(""),
+        columns_table("", details.columns.get("", ()), plan),
+    )
     borne = Borne("load", solution.mean_pressure, bearing_pressure(solution), solution.success)
     return [
         notices(plan, "contact region", cautions_of(solution, plan), details.remarks),
         _in_short(solution, plan),
-        _input(solution, plan, mesh_name, plate),
+        _input(solution, plan, mesh_name, plate, columns),
         _deflections(solution, plan, details.own_points),
         moments_section(plate, {"load": solution}, details.units),
         pressure_section(solution, plan),
@@ -185,11 +190,12 @@ def moments_section(
 
 
 def _input(
-    solution: ElasticSolution, plan: LoadedPlan, mesh_name: str, plate: Plate | None
+    solution: ElasticSolution, plan: LoadedPlan, mesh_name: str, plate: Plate | None, columns: Html
 ) -> Html:
     return section(
         "Input",
         table(input_rows(solution, plan, mesh_name, plate), ("Structure and plan", "", "Unit")),
+        columns,
         ground_table(solution.punch.substrate, plan.units),
         paragraph(
             said_of(plan.units),
@@ -198,6 +204,37 @@ def _input(
         ),
         mesh_figure(solution, plan),
     )
+
+
+def columns_table(name: str, rows: Sequence[CaseRow], plan: LoadedPlan) -> Html:
+    """What stands on it in each case, if that was said."""
+    units, size = plan.units, plan.size
+    length, moment, unit = units.length.symbol, units.moment.symbol, units.pressure
+    shown: dict[str, list[Any]] = {
+        "Case": [row.name for row in rows],
+        f"Force [{units.force.symbol}]": [amount(row.force, units.force) for row in rows],
+        f"acting at [{length}]": [
+            place(np.array(row.point(tuple(plan.origin.tolist()))), size)
+            if row.force or any(row.moments)
+            else DASH
+            for row in rows
+        ],
+    }
+    if any(any(row.sides) for row in rows):
+        shown[f"over [{length}]"] = [
+            joined([number(side) for side in row.sides], " × ") if any(row.sides) else DASH
+            for row in rows
+        ]
+    for i, axis in enumerate("xy"):
+        if any(row.moments[i] for row in rows):
+            moments = [amount(row.moments[i], units.moment) for row in rows]
+            shown[f"M{axis} [{moment}]"] = moments
+    if any(row.spread for row in rows):
+        shown[f"all over [{unit.symbol}]"] = [amount(row.spread, unit) for row in rows]
+    if not rows:
+        return NONE
+    caption = f"Loads on {name or 'the structure'}"
+    return table(zip(*shown.values(), strict=True), list(shown), caption, numeric=True)
 
 
 def _deflections(solution: ElasticSolution, plan: LoadedPlan, wanted: ndarray) -> Html:

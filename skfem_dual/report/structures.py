@@ -20,13 +20,10 @@ from .footing import UnderCases
 from .input import mesh_figure
 from .numbers import LoadedPlan
 from .page import (
-    DASH,
     NONE,
     Html,
     amount,
     coordinate,
-    joined,
-    number,
     percent,
     place,
     section,
@@ -193,37 +190,6 @@ def structure_table(body: Structure, mesh_name: str) -> Html:
     """What it is."""
     rows = input_rows(body.standing.solution, body.standing, mesh_name, body.plate)
     return table(rows, (f"Structure {body.name}".rstrip(), "", "Unit"))
-
-
-def columns_table(body: Structure) -> Html:
-    """What stands on it in each case, if that was said."""
-    rows, units, size = body.columns, body.details.units, body.standing.size
-    length, moment, unit = units.length.symbol, units.moment.symbol, units.pressure
-    shown: dict[str, list[Any]] = {
-        "Case": [row.name for row in rows],
-        f"Force [{units.force.symbol}]": [amount(row.force, units.force) for row in rows],
-        f"acting at [{length}]": [
-            place(np.array(row.point(body.plan.origin)), size)
-            if row.force or any(row.moments)
-            else DASH
-            for row in rows
-        ],
-    }
-    if any(any(row.sides) for row in rows):
-        shown[f"over [{length}]"] = [
-            joined([number(side) for side in row.sides], " × ") if any(row.sides) else DASH
-            for row in rows
-        ]
-    for i, axis in enumerate("xy"):
-        if any(row.moments[i] for row in rows):
-            moments = [amount(row.moments[i], units.moment) for row in rows]
-            shown[f"M{axis} [{moment}]"] = moments
-    if any(row.spread for row in rows):
-        shown[f"all over [{unit.symbol}]"] = [amount(row.spread, unit) for row in rows]
-    if not rows:
-        return NONE
-    caption = f"Loads on {body.name or 'the structure'}"
-    return table(zip(*shown.values(), strict=True), list(shown), caption, numeric=True)
 
 
 def deflections_section(body: Structure) -> Html:

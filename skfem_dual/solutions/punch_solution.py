@@ -251,8 +251,10 @@ class PunchSolution(CellPressures):
         return rows if self.shear is None else rows | self.shear.table()
 
     def _residuals(self) -> str:
-        points = self.footprint.partition.centroids
-        scale = max(np.abs(self.punch_displacement(points)).max(), TINY)
+        moved = self.punch_displacement(self.punch.collocation_points)
+        # a punch may hardly move where its shape is pressed into the ground
+        settled = moved + self.gap - self.punch.initial_gap
+        scale = max(np.abs([moved, settled]).max(), TINY)
         misfit = abs(self.displacement_residual) / scale
         areas = self.footprint.partition.areas
         size = np.array([1.0, *[np.sqrt(areas.sum())] * 2])

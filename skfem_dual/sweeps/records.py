@@ -19,6 +19,7 @@ from numba.np.ufunc.ufunc_base import UfuncBase
 from skfem import Mesh
 from skfem.element import Element
 
+from ..bodies.body import Body
 from ..bodies.elastic import ElasticPunch
 from ..bodies.group import RigidPunches
 from ..bodies.punch import RigidPunch
@@ -136,6 +137,11 @@ def _shared(problem: Problem) -> dict[str, Any]:
     if isinstance(whole, (RigidPunches, Punches)):
         punches = whole.members if isinstance(whole, RigidPunches) else whole.punches
         shared |= {f"punch {i}": punch for i, punch in enumerate(punches)}
+    if isinstance(whole, Punches) and whole.rigid is not None:
+        shared["rigid"] = whole.rigid
+    # the same pressed over their edges, as results have them
+    bodies = [(name, part) for name, part in shared.items() if isinstance(part, Body)]
+    shared |= {f"sharp {name}": part.sharp for name, part in bodies if part.edge_by_contact}
     cells = {
         f"cells of {name}": part.footprint
         for name, part in shared.items()

@@ -136,13 +136,21 @@ class SweepResult:
 
 def _solved(result: Any) -> bool:
     """Whether a result tells no failure; of several in one all must be found."""
+    if isinstance(result, (tuple, list)):
+        return all(map(_solved, result))
     success = getattr(result, "success", True)
     return not isinstance(success, (bool, np.bool_, np.ndarray)) or bool(np.all(success))
 
 
 def _said(result: Any) -> str:
+    """Its message, or that of the first in it without success."""
+    if isinstance(result, (tuple, list)):
+        return next((_said(part) for part in result if not _solved(part)), "")
     said = getattr(result, "message", "")
-    return said if isinstance(said, str) else ""
+    if isinstance(said, str) and said:
+        return said
+    each = zip(getattr(result, "messages", ()), np.atleast_1d(getattr(result, "success", ())))
+    return next((str(text) for text, found in each if not found), "")
 
 
 def sweep(

@@ -10,6 +10,7 @@ from numpy import ndarray
 from ..plans.plan import Plan
 from ..plans.rings import SMOOTH, Ring
 from .axes import checked_axes, prepared
+from .offscreen import one_at_a_time
 from .style import OUTLINE
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ STEP = np.pi / 90
 NUMBERED = 40
 
 
+@one_at_a_time
 def draw_plan(plan: Plan, ax: Axes | None = None) -> Axes:
     """The plan to scale, its corners numbered, and its centroid; see `Plan.plot`."""
     lines = [_line(ring) for ring in plan.rings]
