@@ -40,6 +40,8 @@ EXACTLY, FEW = 1e-13, 100
 UNANSWERED = "no force was found under which the settlement is the one imposed"
 #: cells smaller by so much than the median one may keep iterations from converging
 SLIVER = 1e-3
+#: accuracy of gaps from which the active set is begun
+ROUGHLY = 1e-6
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
 
@@ -289,6 +291,7 @@ class ContactSystem:
                 f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
                 'Remedy: method="cg", or a coarser mesh'
             )
+        known = start is not None  # an answer nearby
         if start is None and not self.gap.any():
             full, position = self.bilateral(constraints)
             if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
@@ -303,22 +306,29 @@ class ContactSystem:
                     other = self._from_all(problem, gap_rtol)
                 contact = other or contact
         else:
-            contact = self._beside(constraints, problem, how, start)
+            contact = self._beside(constraints, problem, how, start, known)
         return contact, constraints.fixed + self.scaled(constraints)[0] @ contact.motion
 
     def _beside(
-        self, constraints: Constraints, problem: ContactProblem, how: How, start: ndarray | None
+        self,
+        constraints: Constraints,
+        problem: ContactProblem,
+        how: How,
+        start: ndarray | None,
+        known: bool,
     ) -> Contact:
         """Contact where the reaction acts beside what is imposed, for which there may be several:
-        of one body none, or that of the force next to the one of full contact."""
-        several = len(self.planes) > 3  # whose forces would be looked for within each other
+        the one nearby that is known; of one body none, or that of the force next to the one of
+        full contact."""
+        # of several bodies forces would be looked for within each other
+        soon = known or len(self.planes) > 3
         roads = [
             lambda: apart(problem, True),
             lambda: self._elsewhere(constraints, problem, how),
             lambda: self._directly(problem, how, start),
             lambda: apart(problem),
         ]
-        for road in (roads[2], *roads) if several else roads:
+        for road in (roads[2], *roads) if soon else roads:
             found = road()
             if found is not None:
                 return found
@@ -355,6 +365,25 @@ class ContactSystem:
         self, constraints: Constraints, problem: ContactProblem, how: How
     ) -> Contact | None:
         """The same by the force under which the settlement is the one imposed."""
+        if how.method != "cg" and self._dense:  # from a rough answer the active set is soon there
+            found = self._by_force(constraints, problem, How(True, "cg", ROUGHLY))
+            if found is not None:
+                polished = active_set(replace(problem, matrix=self.array), found[0].pressure > 0)
+                if polished.success:
+                    return polished
+        found = self._by_force(constraints, problem, how)
+        if found is None:
+            return None
+        contact, position = found
+        motions = self.scaled(constraints)[0]
+        motion = np.linalg.lstsq(motions, position - constraints.fixed, rcond=None)[0]
+        gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
+        return replace(contact, motion=motion, gap=gap)
+
+    def _by_force(
+        self, constraints: Constraints, problem: ContactProblem, how: How
+    ) -> tuple[Contact, ndarray] | None:
+        """Contact and position, each force from the contact found last; None if none is found."""
         last: ndarray | None = None
 
         def solve(given: Constraints) -> tuple[Contact, ndarray]:
@@ -364,20 +393,7 @@ class ContactSystem:
             return answer
 
         height = np.abs(self.gap - problem.gap).max() + np.ptp(self.gap)
-        exact = how.method != "cg" and self._dense
-        rtol = 0.0 if exact else how.gap_rtol
-        found = by_force(constraints, self.stiffness, height, solve, rtol)
-        if found is None:
-            return None
-        contact, position = found
-        if exact:
-            polished = active_set(replace(problem, matrix=self.array), contact.pressure > 0)
-            if polished.success:
-                return polished
-        motions = self.scaled(constraints)[0]
-        motion = np.linalg.lstsq(motions, position - constraints.fixed, rcond=None)[0]
-        gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
-        return replace(contact, motion=motion, gap=gap)
+        return by_force(constraints, self.stiffness, height, solve, how.gap_rtol)
 
     def _directly(
         self, problem: ContactProblem, how: How, start: ndarray | None
