@@ -148,7 +148,7 @@ class Units:
         wanted = PRODUCT.sub("", symbol.replace("²", "2")).casefold()
         if wanted not in known:
             raise ValueError(f"expected a unit of {quantity} such as {own}, got {symbol!r}")
-        if THOUSANDTHS.match(symbol):
+        if THOUSANDTHS.match(PRODUCT.sub("", symbol)):
             raise ValueError(
                 f"expected a unit of {quantity} such as {own}, got {symbol!r}, thousandths. "
                 "Remedy: millions have a capital M"

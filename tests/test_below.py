@@ -15,6 +15,7 @@ from skfem import (
     FacetBasis,
     LinearForm,
     MeshQuad,
+    MeshTri,
     condense,
 )
 
@@ -255,3 +256,15 @@ def test_points_beyond_numbers_are_refused(on_rock, point):
     for quantity in (stress_below, displacement_below):
         with pytest.raises(ValueError, match=r"up to 1e\+100 .* from 1e-100 on; .*: 1"):
             quantity(on_rock, np.array([(0.1, 0.0, 0.5), point]).T)
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-5, 1e-3])
+def test_shortening_next_to_a_varying_surface(depth):
+    """Of a shallow part it is its depth times the strain in it."""
+    ground = GradedHalfSpace.init_linear(1.0, 0.3, 20.0)
+    basis = CellBasis(MeshTri.init_circle(3), ElementTriP0())
+    s = RigidPunch(ground, basis, edge="constant").solve(1.0, unilateral=False)
+    x = s.punch.partition.centroids[:, :1]
+    above = s.ground_displacement(x)[0]
+    below, again = (displacement_below(s, np.vstack([x, [[z]]]))[2, 0] for z in (depth, 2 * depth))
+    assert above - below == pytest.approx(below - again, rel=0.2)

@@ -316,3 +316,21 @@ def test_contact_a_few_cells_across(n, half, centre):
     low, high = cone.solve(np.pi / 2, at=centre).bounds.settlement
     assert low < np.pi / 2 < high
     assert high - low < 0.1
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_bounds_do_not_depend_on_an_offset_of_the_shape(grid):
+    dual = DualMesh.from_mesh(disc(3))
+    basis = dual.basis() if grid == "dual" else dual.primal_basis()
+    widths, rest = [], []
+    for offset, slope in ((0.0, 0.0), (-0.09, 0.0), (9.0, 0.0), (0.0, 0.5)):
+
+        def gap(x, offset=offset, slope=slope):
+            return (x**2).sum(axis=0) / 4 + offset + slope * x[0]
+
+        bounds = RigidPunch(HalfSpace(1.0, 0.0), basis, gap=gap).solve(0.05).bounds
+        widths.append(np.diff([bounds.settlement, *bounds.tilt]).ravel())
+        rest.append(np.mean(bounds.settlement) - offset)
+    for width in widths[1:]:
+        assert width == pytest.approx(widths[0], rel=1e-6)
+    assert rest == pytest.approx([rest[0]] * 4, rel=1e-6)

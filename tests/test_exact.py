@@ -78,3 +78,15 @@ def test_sphere_and_cone_carry_their_load():
         else:
             assert force == pytest.approx(np.pi * radius**2 * modulus * np.tan(shape) / 2)
             assert approach == pytest.approx(np.pi * radius * np.tan(shape) / 2)
+
+
+def test_far_from_a_circle_and_of_slender_ellipses():
+    """A point force, and the logarithm of the aspect ratio, to all digits."""
+    r = np.geomspace(1e3, 1e9, 7)
+    far = exact.uniform_circle_displacement(r, 1.0, 1.0, young=1.0, poisson=0.0)
+    np.testing.assert_allclose(far, (1 + 1 / (8 * r**2)) / r, rtol=1e-11)
+    near = exact.uniform_circle_displacement([1.0, 1.0 + 1e-9], 1.0, 1.0, young=1.0, poisson=0.0)
+    assert near[1] == pytest.approx(near[0], rel=1e-7)
+    for ratio in (1e-5, 1e-9, 1e-12):
+        found = exact.ellipse_settlement(1.0, (1.0, ratio), 1.0, 0.0)
+        assert found == pytest.approx(np.log(4 / ratio) / np.pi, rel=1e-9)

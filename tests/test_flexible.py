@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from plans import disc
-from skfem import ElementTriP1
+from skfem import CellBasis, ElementTriP1, MeshTri
 
 from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.contact.exact import uniform_circle_displacement
@@ -43,3 +43,11 @@ def test_pressures_of_all_kinds():
 def test_bad_pressures(pressure, message):
     with pytest.raises(ValueError, match=message):
         flexible_settlement(SOIL, DUAL.basis(), pressure)
+
+
+def test_vectors_of_other_bases_as_lists_and_numbers():
+    basis = CellBasis(MeshTri.init_circle(3), ElementTriP1())
+    one, x = np.ones(basis.N), [[0.0], [0.1]]
+    expected = flexible_settlement(SOIL, basis, one, x)
+    for pressure in (one.tolist(), 1.0, (basis, one), lambda x: 1.0 + 0 * x[0]):
+        assert flexible_settlement(SOIL, basis, pressure, x) == pytest.approx(expected, rel=1e-12)

@@ -28,6 +28,7 @@ from skfem_dual.grids import generate
 from skfem_dual.operators import resources
 from skfem_dual.operators.influence_operator import InfluenceOperator
 from skfem_dual.operators.symmetric_matrix import SymmetricMatrix
+from skfem_dual.operators.symmetry import Symmetry
 
 UNIT = HalfSpace(1.0, 0.0)
 
@@ -959,3 +960,30 @@ def test_grip_is_asked_of_the_cells_of_the_own_body():
 def test_a_body_of_no_punch_is_refused():
     with pytest.raises(ValueError, match="expected numbers of punches from 0 to 0, each once"):
         RigidPunches([punch(disc(2))], joined=[()])
+
+
+@pytest.mark.parametrize("k", [1e2, 1e10, 1e16])
+def test_forces_of_a_stiff_frame(k):
+    """What the load and the pressures of each body leave, whatever is left of the stiffness."""
+    found = framed(column(0, 1, k, 2)).solve(FRAMED)
+    assert found.success
+    for i, load in enumerate(FRAMED):
+        s = found[i]
+        arm = np.array(load.get("at", (0.0, 0.0)))
+        imposed = np.array([load["force"], *(load["force"] * arm)])
+        imposed[1:] += Load(**load).first_moments
+        assert found.frame_forces[i] == pytest.approx(imposed - s.resultant, abs=1e-12)
+
+
+def test_joined_punches_with_a_symmetry_of_their_own():
+    """A part of the edge has another one."""
+    square = rectangle(4)
+    alone = punch(square)
+    given = Symmetry.detect(alone.partition, alone.partition.centroids, alone.weights)
+    halves = [
+        punch(square.translated((x, 0.0)), origin=(x, 0.0), symmetry=own)
+        for x, own in ((0.0, given), (2.0, None))
+    ]
+    group = RigidPunches(halves, joined=[(0, 1)])
+    assert group.members[0].symmetry == "auto"
+    assert np.isfinite(group.members[0].stiffness()).all()

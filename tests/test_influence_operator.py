@@ -36,6 +36,7 @@ from skfem_dual import (
 from skfem_dual.contact import loaded_cells
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.elements.slopes import Slopes
 from skfem_dual.errors import ConvergenceError, MeshError
 from skfem_dual.grids.generate import disc as even_disc
 from skfem_dual.grids.partition import Partition
@@ -606,3 +607,35 @@ def test_on_thin_skins_as_under_a_punch(thickness, young):
     np.testing.assert_allclose(
         operator.at(x).to_dense(), RigidPunch(ground, basis).influence(x), atol=1e-9 * matrix.max()
     )
+
+
+@pytest.mark.parametrize(("method", "rtol"), [("dense", 0.0), ("dense", 1e-6), ("fast", 1e-6)])
+def test_slopes_without_a_law_of_the_edge(method, rtol):
+    """Against quadrature over the triangles, in points beside the plan."""
+    basis = CellBasis(MeshTri.init_circle(2), ElementTriP0(), intorder=15)
+    partition = Partition.from_basis(basis)
+    slopes, x = Slopes.from_partition(partition), np.array([[1.3, 0.2], [0.0, 1.5]]).T
+    q = 1 + partition.centroids[0]
+    operator = InfluenceOperator(
+        HalfSpace(1.0, 0.0), partition, rtol, method, edge=slopes, collocation=x
+    )
+    points = np.asarray(basis.global_coordinates())
+    arm = points - partition.centroids[:, :, None]
+    pressure = q[:, None] + np.einsum("in,ink->nk", slopes.of(q), arm)
+    far = np.hypot(*(points[..., None] - x[:, None, None]))
+    exact = np.einsum("nk,nkm->m", pressure * basis.dx, 1 / far) / np.pi
+    assert operator @ q == pytest.approx(exact, rel=1e-4)
+    constant = InfluenceOperator.from_partition(HalfSpace(1.0, 0.0), partition, x)
+    assert abs(constant @ q - exact).max() > 3e-3
+
+
+@pytest.mark.parametrize("aspect", [10, 1000])
+def test_coarse_matrices_of_long_cells(aspect):
+    """The series of a cell does not converge just behind its ends, whatever the tolerance."""
+    row = MeshQuad.init_tensor(np.linspace(0, 20, 21), np.linspace(0, 1 / aspect, 2))
+    x = np.random.default_rng(1).random((2, 3000)) * [[20.0], [1 / aspect]]
+    cells = CellBasis(row, ElementQuad0())
+    options = {"edge": "constant", "collocation": x}
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), cells, 1e-2, "dense", **options)
+    exact = operator.rows(np.arange(3000)).sum(axis=1)
+    assert np.abs(operator @ np.ones(20) / exact - 1).max() < 2e-2

@@ -611,3 +611,17 @@ def test_bad_grounds(tmp_path, text, message):
 def test_no_ground(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such file"):
         read_substrate(tmp_path / "none.toml")
+
+
+def test_groups_of_reversed_lines_in_one_block(tmp_path):
+    """Their tags are negative, those of the others positive: one boundary."""
+    path = tmp_path / "reversed.msh"
+    path.write_text(
+        '$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 5 "edge"\n2 7 "plan"\n'
+        "$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n"
+        "$Elements\n6\n1 1 2 5 1 1 2\n2 1 2 -5 2 3 2\n3 1 2 5 3 3 4\n4 1 2 -5 4 1 4\n"
+        "5 2 2 7 1 1 2 3\n6 2 2 7 1 1 3 4\n$EndElements\n"
+    )
+    mesh = read_mesh(path)
+    assert len(mesh.boundaries["edge"]) == 4
+    assert len(mesh.subdomains["plan"]) == 2

@@ -188,3 +188,13 @@ def test_residuals_hold_where_parts_of_the_ground_cancel(monkeypatch):
     found = solve_many(operator, planes(basis))
     assert not found.success
     assert max(history[-1] for history in found.residuals) > 3e-6
+
+
+@pytest.mark.parametrize("unit", [1e-200, 1e160])
+def test_right_hand_sides_whose_squares_are_no_numbers(unit):
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    operator = InfluenceOperator(HalfSpace(1.0, 0.0), basis, method="fast")
+    rhs = planes(basis)[:, :1]
+    one, other = (solve_many(operator, size * rhs) for size in (1.0, unit))
+    assert other.success
+    np.testing.assert_allclose(other.solution, unit * one.solution, rtol=1e-9)

@@ -458,3 +458,30 @@ def test_no_arc_leads_through_a_point_beyond_its_ends():
     assert Plan.bulge((0, 0), (1.5, 0), (2, 0)) == 0.0
     with pytest.raises(ValueError, match="between start and end for through"):
         Plan.bulge((0, 0), (0.3, 0.9), (0.1, 0.3))
+
+
+@pytest.mark.parametrize("bulge", [0.0, 3e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-3, 0.0299, 0.0301, 0.5])
+def test_centroids_of_flat_arcs(bulge):
+    """By a parabola or a sector; walls of rounded coordinates have such arcs."""
+    plan = Plan.from_polygon([(0, 0), (2, 0, bulge), (2, 2), (0, 2)])
+    angle = 4 * np.arctan(bulge)
+    if bulge < 1e-2:
+        area, moment = 4 * bulge / 3, 4 * bulge / 3 * (2 + 2 * bulge / 5)
+    else:
+        radius = 1 / np.sin(angle / 2)
+        area = radius**2 * (angle - np.sin(angle)) / 2
+        moment = (
+            area * (2 - radius * np.cos(angle / 2)) + 2 / 3 * radius**3 * np.sin(angle / 2) ** 3
+        )
+    assert plan.area == pytest.approx(4 + area, rel=1e-9)
+    assert plan.centroid[0] == pytest.approx((4 + moment) / (4 + area), abs=1e-9)
+    assert plan.centroid[1] == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("bulge", [0.0, 2e-9, 1e-8, 1e-6, 1e-5, 1e-4, 1e-2])
+def test_flat_arcs_that_cross_are_refused(bulge):
+    square = [(0, 0, bulge), (2, 0), (2, 2), (0, 2)]
+    with pytest.raises(MeshError, match="neither cross nor touch"):
+        Plan.from_polygon(square, holes=[[(0.8, 0.5), (1.1, -0.2), (1.3, 0.6)]])
+    with pytest.raises(MeshError, match="neither cross nor touch"):
+        Plan.from_polygon([(0, 0, bulge), (2, 2, bulge), (2, 0.3, bulge), (-0.1, 2.1, bulge)])

@@ -144,3 +144,11 @@ def test_shapes_far_above_the_ground_are_told():
         RigidPunch(HalfSpace(1.0, 0.3), basis, gap=lambda x, above=above: above + x[0])
     with pytest.warns(ResolutionWarning, match=r"begins 1e\+05 .* varies by .* least value"):
         RigidPunch(HalfSpace(1.0, 0.3), basis, gap=lambda x: 1e5 + x[0])
+
+
+@pytest.mark.parametrize("radius", [1e2, 1e6, 1e8, 1e12])
+def test_spheres_far_larger_than_the_plan(radius):
+    """A paraboloid but for the square of the slope."""
+    x = np.array([[0.1, 0.5, 0.6], [0.0, 0.2, -0.7]])
+    expected = Paraboloid(radius)(x) * (1 + (x**2).sum(axis=0) / (4 * radius**2))
+    np.testing.assert_allclose(Sphere(radius)(x), expected, rtol=1e-8)

@@ -372,3 +372,15 @@ def test_repr():
     assert "Cs of order 2, a mirror line at 90.00°" in text
     assert "100 in 50 orbits" in text
     assert "2 times fewer entries, 4 times fewer operations, 2 times less memory" in text
+
+
+def test_how_squares_are_turned_counts():
+    """Upright pads on a ring: turned by a fifth or a sixth of a circle they are other ones."""
+    names = {}
+    for n in (4, 5, 6):
+        angle = 2 * np.pi * np.arange(n) / n
+        pads = [MeshQuad().translated((np.cos(a) * 2 - 0.5, np.sin(a) * 2 - 0.5)) for a in angle]
+        mesh = sum(pads[1:], pads[0])
+        partition = Partition.from_basis(CellBasis(mesh, ElementQuad0()))
+        names[n] = Symmetry.detect(partition).name
+    assert names == {4: "C4v", 5: "Cs", 6: "C2v"}

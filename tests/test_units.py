@@ -103,3 +103,9 @@ def test_factors_of_what_is_no_unit():
             Units("kN,m").factor(*wrong)
     with pytest.raises(ValueError, match=r"known units, such as Units\(.kN,m.\)"):
         Units().factor("MPa", "pressure")
+
+
+@pytest.mark.parametrize("symbol", ["mPa", "m Pa", "m·Pa", "m N/m2"])
+def test_thousandths_with_a_separator_are_refused_too(symbol):
+    with pytest.raises(ValueError, match="thousandths"):
+        Units("kN,m").factor(symbol, "pressure")

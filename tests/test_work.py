@@ -230,3 +230,16 @@ def test_coarse_products_of_many_cells():
     coarse = punch(fine_disc(n=4100), rtol=1e-2)
     assert len(coarse.partition) > DENSE
     assert coarse.solve(1.0).settlement == pytest.approx(0.5, rel=1e-2)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e9, 1e16])
+def test_positions_in_any_unit_of_length(unit):
+    """In full contact, and imposed on contact that lifts off."""
+    mesh = disc(3)
+    found = []
+    for size in (1.0, unit):
+        punch = RigidPunch(HalfSpace(1.0, 0.0), DualMesh.from_mesh(mesh.scaled(size)).basis())
+        full = punch.solve(size**2, (0.3 * size, 0.1 * size))
+        lifted = punch.solve(0.1 * size**2, tilt=(0.18, 0.28))
+        found.append([full.settlement / size, lifted.settlement / size, *full.tilt])
+    assert found[1] == pytest.approx(found[0], rel=1e-9)

@@ -9,6 +9,7 @@ from numpy import ndarray
 from ..arguments import checked_integer, checked_sequence
 from ..grids.outline import edge_ribs, on_ribs
 from ..grids.partition import Partition
+from ..operators.symmetry import Symmetry
 from .punch import RigidPunch
 
 
@@ -43,7 +44,9 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
         return punch
     if len(free) == 0:
         return replace(punch, edge="constant", edge_boundaries=None)
-    return replace(punch, edge_boundaries=np.unique(own.boundary[free]))
+    # a symmetry that was given may be none of what is left of the edge
+    symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
+    return replace(punch, edge_boundaries=np.unique(own.boundary[free]), symmetry=symmetry)
 
 
 def free_ribs(own: Partition, ribs: ndarray, parts: Sequence[Partition]) -> ndarray:

@@ -22,6 +22,7 @@ from ..contact.unilateral import How
 from ..contact.verify import Verification
 from ..contact.work import Work
 from ..elements.slope_correction import SlopeCorrection
+from ..errors import ResolutionWarning, warn
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import FromFields, computed_once
 from ..solutions.punch_solution import PunchSolution
@@ -33,6 +34,8 @@ COARSE = 1e-3
 #: forces that keep positions imposed are found so often at most, and not again once they change
 #: by so little: by a hundredth or less each time
 PASSES, CLOSE = 6, 1e-6
+#: part of the load by which that may be off
+ROUGH = 1e-3
 
 
 class RigidBodies(FromFields, ABC):
@@ -178,19 +181,33 @@ class RigidBodies(FromFields, ABC):
             return self._collocated(imposed, how, last.pressure)
 
         found = met(found, self.added, short)
-        (last, _), acting = found, np.zeros(len(constraints.fixed))
+        (last, _), acting, off = found, np.zeros(len(constraints.fixed)), 0.0
         for _ in range(PASSES):
             held = None
             if last.success and self.works(last):
                 held = self.work.holding(constraints, last)
-            if held is None or np.abs(held[0] - acting).max() <= CLOSE * np.abs(held[0]).max():
+            if held is None:
+                off = 0.0
                 break
+            own = held[0] / self.work.unit  # forces, and moments over lengths
+            change, size = np.abs(own - acting / self.work.unit).max(), np.abs(own).max()
+            if change <= CLOSE * size:
+                off = 0.0
+                break
+            off = float(change / size)
             acting, compliances = held
             start = None if last.touching.all() else last.pressure
             last, position = self._collocated(Constraints.forces(acting), how, start)
             if not last.success:
                 return unmet(found[0], last), found[1]
             found = replace(last, compliances=compliances), position
+        if off > ROUGH:
+            warn(
+                f"cells come into contact and leave it in turn under the position imposed: it is "
+                f"that of a load {100 * off:.2g} % off the one told. Remedy: smaller cells where "
+                "contact ends",
+                ResolutionWarning,
+            )
         return found
 
     def _collocated(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipe, ellipkm1, hyp2f1
 
 from ..arguments import checked_array, checked_number, checked_pair, checked_size
 
@@ -159,7 +159,7 @@ def ellipse_settlement(
     force = checked_number("force", force)
     b, a = sorted(_semiaxes(semiaxes))
     modulus = contact_modulus(young, poisson)
-    return float(force * ellipk(1 - (b / a) ** 2) / (np.pi * modulus * a))
+    return float(force * ellipkm1((b / a) ** 2) / (np.pi * modulus * a))
 
 
 def ellipse_pressure(x: ArrayLike, force: float, semiaxes: tuple[float, float]) -> ndarray:
@@ -387,8 +387,9 @@ def uniform_circle_displacement(
     radius = checked_size("radius", radius)
     s = np.abs(checked_array("r", r, None)) / radius
     inside, outside = np.minimum(s, 1.0), np.maximum(s, 1.0)
-    m = 1 / outside**2
-    w = np.where(s <= 1, ellipe(inside**2), outside * (ellipe(m) - (1 - m) * ellipk(m * (s > 1))))
+    # E(m) - (1 - m) K(m), of which far away all digits would cancel
+    beyond = np.pi / 4 * hyp2f1(0.5, 0.5, 2.0, 1 / outside**2) / outside
+    w = np.where(s <= 1, ellipe(inside**2), beyond)
     return 4 * pressure * radius / (np.pi * contact_modulus(young, poisson)) * w
 
 

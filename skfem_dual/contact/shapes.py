@@ -144,7 +144,8 @@ class Sphere(Paraboloid):
                 f"expected a plan within the radius {radius} of the sphere, got points at "
                 f"{got} from its axis. Remedy: Paraboloid, or a smaller plan"
             )
-        return self.radius - np.sqrt(self.radius**2 - r**2)
+        # on plans far smaller than the radius a difference of both would have no digits
+        return r**2 / (self.radius + np.sqrt((self.radius - r) * (self.radius + r)))
 
 
 @dataclass(frozen=True)

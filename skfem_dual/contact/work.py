@@ -241,7 +241,10 @@ class Work:
                 return _under_stiff_frame(constraints, unit, stiffness)
             stiffness = stiffness + frame
         given = constraints.given - balance @ stiffness @ fixed
-        y = np.linalg.solve(balance @ stiffness @ motions, given)
+        # in numbers near one, whatever the unit of length
+        rows, columns = np.abs(balance).max(axis=1), np.abs(motions).max(axis=0)
+        balance, motions = balance / rows[:, None], motions / columns
+        y = np.linalg.solve(balance @ stiffness @ motions, given / rows)
         return fixed + motions @ y
 
     @computed_once

@@ -22,7 +22,7 @@ from .pieces import Pieces
 from .strips import CellLoads
 
 #: where moduli vary from the surface on, depths less than this part of a cell count as this
-SHALLOW = 1e-3
+SHALLOW = 1e-5
 #: depths whose tables are made at a time
 DEPTHS = 64
 

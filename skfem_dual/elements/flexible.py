@@ -64,22 +64,25 @@ def flexible_settlement(
     2.000
     """
     checked_substrate(substrate)
-    if isinstance(pressure, ndarray) and (cells := cells_of(basis)) is not basis:
-        basis, pressure = cells, (basis, pressure)
+    given: Any = pressure
+    if (cells := cells_of(basis)) is not basis:
+        if not (callable(given) or _is_pair(given) or np.ndim(given) == 0):
+            given = basis, given
+        basis = cells
     partition = Partition.from_basis(basis)
-    if isinstance(pressure, tuple) and len(pressure) == 2:
-        pressure = transfer(*pressure, basis)
-    if callable(pressure) and not isinstance(pressure, type):
+    if _is_pair(given):
+        given = transfer(given[0], given[1], basis)
+    if callable(given) and not isinstance(given, type):
         some = checked_array(
-            "pressure", called("pressure", pressure, partition.centroids), None, each="point"
+            "pressure", called("pressure", given, partition.centroids), None, each="point"
         )
         if some.shape not in ((), (len(partition),)):
             raise ValueError(
                 "expected a function that gives one pressure for each point, got shape "
                 f"{some.shape} for {len(partition)} points"
             )
-        pressure = basis.project(pressure)
-    values = checked_array("pressure", pressure, None, each="cell")
+        given = basis.project(given)
+    values = checked_array("pressure", given, None, each="cell")
     if values.ndim == 0:
         values = np.full(len(partition), float(values))
     if values.shape != (len(partition),):
@@ -90,6 +93,11 @@ def flexible_settlement(
     return surface_displacement(
         substrate, partition, values, partition.centroids if x is None else x
     )
+
+
+def _is_pair(pressure: Any) -> bool:
+    """Whether it is a basis and its vector."""
+    return isinstance(pressure, tuple) and len(pressure) == 2
 
 
 def cells_of(basis: Any) -> Any:

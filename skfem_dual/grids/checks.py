@@ -127,10 +127,19 @@ def array_conditions(mesh: MeshTri) -> Iterator[Condition]:
         np.nonzero(((t < 0) | (t >= p.shape[1])).any(axis=0))[0],
         f"mend the connectivity mesh.t (found {t.min()} to {t.max()})",
     )
-    used = np.zeros(p.shape[1], dtype=bool)
-    used[t] = True
-    yield Condition(
-        f"every node to belong to a {cell}",
+
+
+def cell_conditions(mesh: MeshTri) -> Iterator[Condition]:
+    """The same, and that all nodes are those of cells."""
+    yield from array_conditions(mesh)
+    yield _used_condition(mesh)
+
+
+def _used_condition(mesh: MeshTri) -> Condition:
+    used = np.zeros(mesh.p.shape[1], dtype=bool)
+    used[mesh.t] = True
+    return Condition(
+        f"every node to belong to a {'triangle' if len(mesh.t) == 3 else 'quadrilateral'}",
         "node",
         np.nonzero(~used)[0],
         "remove the nodes, e.g. mesh.remove_unused_nodes()",
@@ -153,6 +162,7 @@ def _structure_conditions(corners: Corners) -> Iterator[Condition]:
         np.nonzero((t[0] == t[1]) | (t[1] == t[2]) | (t[0] == t[2]))[0],
         "remove these triangles",
     )
+    yield _used_condition(mesh)
     longest = np.max(np.ptp(p.take(t, axis=1), axis=1), axis=0)
     yield Condition(
         "triangles of positive area",

@@ -12,7 +12,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, Mesh, MeshQuad1
 from ..arguments import checked_array, checked_indices, checked_instance
 from ..errors import MeshError
 from ..kernels.once import ReadOnly, computed_once, remember
-from .checks import array_conditions, check_type, triangulation_conditions
+from .checks import cell_conditions, check_type, triangulation_conditions
 from .corners import Corners, barycentres
 from .lattice import Lattice
 from .planar import covered_twice, cross, directed_sides, hanging
@@ -132,7 +132,7 @@ class Partition(ReadOnly):
         """
         lattice = None
         if type(mesh) is MeshQuad1:
-            require(array_conditions(mesh))
+            require(cell_conditions(mesh))
             lattice = Lattice.of(mesh.p[:, mesh.t.T])
             if lattice is None:  # else each cell is a rectangle in a place of its own
                 require(_quadrilateral_conditions(mesh))

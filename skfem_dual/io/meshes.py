@@ -173,8 +173,9 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
     for i, (block, tags) in enumerate(zip(found.cells, found.cell_data.get(GROUPS, []))):
         if block.type not in KINDS:
             continue
+        tags = np.abs(tags)  # of a reversed line it is negative
         for number in np.unique(tags[tags != 0]):  # 0 is none
-            name = names.get((abs(number), block.dim))  # of a reversed line it is negative
+            name = names.get((number, block.dim))
             if name is None:
                 unnamed.add(f"{number} of {'lines' if block.dim == 1 else 'areas'}")
                 continue

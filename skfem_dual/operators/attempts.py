@@ -16,6 +16,8 @@ from .entries import ALIKE, EXACT, NEW, SAMPLES, SHORT, Entries, Sample, some_ro
 from .fmm.summation import FastSummation
 from .toeplitz import BlockToeplitz
 
+#: the largest tolerance
+COARSEST = 1e-2
 #: the error of sampled rows in the 2-norm may be so many times the tolerance
 ROWS = 10.0
 #: tolerance of a first attempt with a remainder beside c / r
@@ -65,9 +67,10 @@ def within(
         del kept  # gives back its memory first
         if tolerance < FINEST:
             break
+    wider = f"rtol={1.5 * best:.1e}, or " if 1.5 * best <= COARSEST else ""
     raise ConvergenceError(
         f"expected an error up to rtol={rtol:g}, the {method} summation reaches {best:.1e}. "
-        f'Remedy: rtol={1.5 * best:.1e}, or method="dense" with rtol=0'
+        f'Remedy: {wider}method="dense" with rtol=0'
     )
 
 

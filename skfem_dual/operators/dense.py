@@ -22,6 +22,8 @@ from ..kernels.threads import Threads
 #: cells nearer than so many of their radii are exact if the error is to be 1e-6; it falls like
 #: the fifth power
 EXACT_RADII = 3.7
+#: and never farther than so many: behind the ends of long cells the series does not converge
+LEAST_RADII = 1.5
 #: cells that are looked at together
 CLUSTER = 16
 #: points that are looked at together
@@ -48,8 +50,7 @@ def moment_matrix(
     loads = Multipoles.about_centroids(partition, weights, 4)
     m = substrate.singular_coefficient * loads.moments
     sources = inputs(loads.centres, m[0, 0], series_terms(m))
-    # the series converges outside of the circle around a cell
-    near = max(EXACT_RADII * (1e-6 / rtol) ** 0.2, 1.0) * partition.polygons.radii
+    near = max(EXACT_RADII * (1e-6 / rtol) ** 0.2, LEAST_RADII) * partition.polygons.radii
     limits = inputs(loads.centres, near, *_clusters(loads.centres, near))
     direct = NearField.from_partition(substrate, partition, weights, np.arange(len(partition)))
     matrix = np.empty((x.shape[1], len(partition)))

@@ -71,20 +71,24 @@ class Entries:
     @computed_once
     def _corrections(self) -> tuple[EdgeCorrection | None, SlopeCorrection | None]:
         """Both take the same sums near the cells."""
-        if self.weights is None:
-            return None, None
-        c = self.substrate.singular_coefficient
+        weights, c = self.weights, self.substrate.singular_coefficient
         if self.slopes is None:
-            return EdgeCorrection.from_weights(self.weights, c, self.x), None
+            if weights is None:
+                return None, None
+            return EdgeCorrection.from_weights(weights, c, self.x), None
         first, others = np.arange(len(self.partition)), []
         if len(first) > MANY_CELLS:
-            first, rest = self.weights.cells, np.nonzero(~self.weights.weighted)[0]
+            rest = first
+            if weights is not None:
+                first, rest = weights.cells, np.nonzero(~weights.weighted)[0]
+            else:
+                first = first[:0]
             others = np.array_split(rest, PARTS)
         edge = self._near(first)
         sums = chain([edge], map(self._near, others))
         dtype = np.float32 if self.single else float
         return (
-            EdgeCorrection.from_sums(self.weights, c, self.x, edge),
+            None if weights is None else EdgeCorrection.from_sums(weights, c, self.x, edge),
             SlopeCorrection.from_sums(self.slopes, self.substrate, self.x, sums, dtype),
         )
 

@@ -34,7 +34,7 @@ from ..ground.periodic import PeriodicGround, checked_ground
 from ..ground.seen import Seen, seen_by
 from ..ground.substrates import Substrate
 from ..messages import shown
-from .attempts import ROWS, product, within
+from .attempts import COARSEST, ROWS, product, within
 from .entries import EXACT, Entries
 from .fmm.summation import SINGLE, FastSummation
 from .resources import choose, require_matrix
@@ -43,8 +43,6 @@ from .toeplitz import BlockToeplitz, require_period
 Method = Literal["auto", "dense", "fast", "toeplitz"]
 #: tolerance of operators if none is given
 RTOL = 1e-6
-#: the largest tolerance
-COARSEST = 1e-2
 #: tolerance of transforms on a regular grid: their errors are those of rounding
 ROUNDING = 1e-10
 
@@ -252,7 +250,8 @@ class InfluenceOperator(LinearOperator):
     @property
     def _lattice(self) -> Lattice | None:
         """The regular grid on which the matrix is Toeplitz."""
-        if self.weights is None and np.array_equal(self.x, self.partition.centroids):
+        even = self.weights is None and self.slopes is None
+        if even and np.array_equal(self.x, self.partition.centroids):
             return self.partition.lattice
         return None
 

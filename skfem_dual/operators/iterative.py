@@ -230,7 +230,8 @@ def _search(b: ndarray, rtol: float, most: int, bar: Bar, dtype: type) -> "Searc
     It yields vectors y, takes ``A M y`` for each, M the approximate inverse, and returns the y
     under which that is nearly b, with the relative residuals. Directions are kept as ``dtype``.
     """
-    scale = float(np.linalg.norm(b))
+    largest = float(np.abs(b).max(initial=0.0))  # whose square may be no number
+    scale = largest * float(np.linalg.norm(b / largest)) if largest > 0.0 else 0.0
     if scale == 0.0:
         return np.zeros_like(b), (0.0,)
     # in units of the right-hand side, whatever those of the user

@@ -25,6 +25,7 @@ from ..arguments import (
     checked_number,
 )
 from ..elements.edge_weights import EdgeWeights
+from ..elements.polygon_moments import polygon_moments
 from ..errors import MeshError
 from ..grids.partition import Partition
 from ..grids.polygons import readonly, some
@@ -275,6 +276,14 @@ class _Cells:
         length = np.sqrt((xx + yy) / areas)
         values = [np.log(areas), np.log(length), (xx - yy + 2j * xy) / (xx + yy)]
         spin = [0, 0, 2]
+        # how squares and regular triangles are turned, moments of higher degree tell
+        m = polygon_moments(partition.polygons, 4)
+        cubes = 6 * (m[3, 0] - 1j * m[0, 3]) + 6j * m[2, 1] - 6 * m[1, 2]
+        towards = 6 * (m[3, 0] + 1j * m[0, 3]) + 2j * m[2, 1] + 2 * m[1, 2]
+        fourth = 24 * (m[4, 0] - m[2, 2] + m[0, 4]) + 24j * (m[3, 1] - m[1, 3])
+        values += [cubes / (areas * length**3), towards / (areas * length**3)]
+        values.append(fourth / (areas * length**4))
+        spin += [3, 1, 4]
         if x is not None:
             x = checked_array("x", x, partition.centroids.shape, each="cell")
             values, spin = [*values, (_complex(x) - p) / length], [*spin, 1]

@@ -11,6 +11,8 @@ from .sides import Sides
 
 #: what is nearer than this part of the extent counts as touching
 MARGIN = 1e-11
+#: arcs with less bulge meet others as their chords do
+NEARLY_STRAIGHT = 3e-5
 #: neighbouring sides may meet so near their common corner, over the shorter of them
 NEAR_CORNER = 1e-6
 
@@ -23,7 +25,9 @@ def require_simple(rings: list[Ring], names: list[str]) -> None:
     MeshError
         With the names of the rings and where they meet.
     """
-    sides = Sides(*(np.hstack(parts) for parts in zip(*map(_sides_of, rings))))
+    start, end, bulge = (np.hstack(parts) for parts in zip(*map(_sides_of, rings)))
+    # circles of flat arcs are so large that nothing is known of where they meet
+    sides = Sides(start, end, np.where(np.abs(bulge) < NEARLY_STRAIGHT, 0.0, bulge))
     ring = np.repeat(np.arange(len(rings)), [len(r.bulges) for r in rings])
     onward = np.concatenate([np.roll(np.nonzero(ring == i)[0], -1) for i in range(len(rings))])
     tolerance = MARGIN * np.ptp(sides.extremes(), axis=1).max() + rounding(sides.start)

@@ -11,6 +11,8 @@ from ..kernels.once import computed_once
 
 #: arcs flatter than this, rise over half the chord, are straight
 FLAT = 1e-9
+#: bulge below which areas of arcs are sums of its powers, to 1e-12 of them
+SHALLOW = 0.03
 #: pairs of points and sides looked at together, for the memory to stay small
 CHUNK = 2**20
 #: parts of an arc whose ends stand for it in a hull: 5e-6 of the radius of a half-circle
@@ -97,17 +99,27 @@ class Sides:
 
     def areas(self) -> ndarray:
         """Areas between arcs and their chords, positive to the right of these; shape (k,)."""
-        radius = np.where(self.curved, self.radius, 0.0)
-        return radius**2 * (self.angle - np.sin(self.angle)) / 2
+        b = np.where(self.curved, self.bulge, 1.0)
+        whole = ((1 + b**2) ** 2 * np.arctan(b) - b * (1 - b**2)) / (8 * b**2)
+        small = np.where(self.curved & (np.abs(b) < SHALLOW), b, 0.0)
+        series = small / 3 + small**3 / 15 - small**5 / 105 + small**7 / 315
+        share = np.where(small == 0, whole, series)  # of the square of the chord
+        return np.where(self.curved, share, 0.0) * np.sum(self.chord**2, axis=0)
 
     def moments(self) -> ndarray:
         """First moments of these areas; shape (2, k)."""
-        radius = np.where(self.curved, self.radius, 0.0)
+        b = np.where(self.curved, np.abs(self.bulge), 1.0)
         length = np.hypot(*self.chord)
-        outward = -np.sign(self.bulge) * _left(self.chord) / np.where(length > 0, length, 1.0)
-        return self.areas() * self.centre + 2 / 3 * (
-            radius**3 * np.sin(self.angle / 2) ** 3 * outward
-        )
+        unit = np.where(length > 0, length, 1.0)
+        areas = self.areas()
+        # about the middle of the chord: about centres far away of flat arcs nothing would be left
+        whole = 1 / 12 - np.abs(areas) / unit**2 * (1 - b**2) / (4 * b)
+        small = np.where(b < SHALLOW, b, 0.0)
+        series = small**2 / 15 + 2 * small**4 / 105 - small**6 / 315
+        share = np.where(small == 0, whole, series) * self.curved
+        outward = -np.sign(self.bulge) * _left(self.chord) / unit
+        about = areas * (self.start + self.end) / 2
+        return about + np.sign(self.bulge) * length**3 * share * outward
 
     def around(self) -> ndarray:
         """Starts, and points that divide arcs into `AROUND` parts; shape (2, n)."""

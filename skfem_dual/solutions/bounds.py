@@ -180,14 +180,18 @@ def _half(found: list[Any], positions: list[ndarray]) -> ndarray:
     if cells.bends_away:
         half *= CRUST
     length = np.sqrt(cells.partition.areas.sum())
-    size = np.array([length, 1.0, 1.0]) * max(abs(best[0]) / length, np.hypot(*best[1:]))
+    unit = np.array([length, 1.0, 1.0])
+    size = unit * max(abs(best[0]) / length, np.hypot(*best[1:]))
+    moved = np.array([abs(best[0]), *[np.hypot(*best[1:])] * 2])
+    if shaped:  # whose position refers to an offset and a tilt of the shape that may be any
+        x = solution.punch.collocation_points
+        settled = solution.punch_displacement(x, collocated=True) - solution.punch.initial_gap
+        size = moved = unit * np.abs(settled + solution.gap).max() / length
     count = _as_if_round(solution) if shaped else len(solution.contact)
     floor = np.array(least)[[0, 1, 1]] / max(count, 1)
     half = np.maximum(half, np.maximum(floor, max(FLOOR, cells.rtol or 0.0)) * size)
     # on thin layers that hardly change their volume both grids err alike
-    return half + margin(cells.substrate, cells.partition) * np.abs(
-        [best[0], *[np.hypot(*best[1:])] * 2]
-    )
+    return half + margin(cells.substrate, cells.partition) * moved
 
 
 def _as_if_round(solution: Any) -> float:

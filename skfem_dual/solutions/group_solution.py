@@ -65,7 +65,10 @@ class PunchesSolution:
 
     @property
     def frame_forces(self) -> ndarray:
-        """Forces and moments about the origins that the frame takes from the loads, `K s`.
+        """Forces and moments about the origins that the frame takes from the loads.
+
+        `K s`; where force and moments are imposed on a body what these leave, as under a stiff
+        frame hardly a digit is left of `K s`.
 
         Returns
         -------
@@ -76,7 +79,19 @@ class PunchesSolution:
         if self.punches.stiffness is None:
             return np.zeros((len(first), 3))
         positions = np.array([s.positions[0] for s in first])
-        return (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
+        taken = (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
+        framed = self.punches.stiffness.any(axis=1).reshape(-1, 3).any(axis=1)
+        for own, body, held in zip(taken, self.punches.bodies, framed, strict=True):
+            share = self[body[0]].load
+            if not held or share.body.force is None or share.body.tilt is not None:
+                continue
+            own[:] = share.body.force
+            own[1:] = own[0] * np.array(share.body.at or (0.0, 0.0)) + share.body.first_moments
+            for i in body:
+                force, *moments = self[i].resultant
+                arm = np.array(self[i].footprint.origin) - share.origin
+                own -= [force, *(moments + force * arm)]
+        return taken
 
     def ground_displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at points of shape (2, ...), under all punches.
