@@ -355,3 +355,13 @@ def test_an_annulus_a_few_triangles_wide():
         for basis in (dual.basis(), dual.primal_basis())
     )
     assert by_triangles == pytest.approx(by_cells, rel=5e-4)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.1, 1e-3, 7.0])
+def test_even_grids_have_the_symmetry_of_their_plan_in_any_unit(unit):
+    """Sides that are bent by just 0.04 are not decided upon by rounding."""
+    grid = MeshTri.init_tensor(np.linspace(0, 3, 11), np.linspace(0, 1, 6)).scaled(unit)
+    soil, middle = HalfSpace(1.0, 0.0), (1.5 * unit, 0.5 * unit)
+    basis = DualMesh.from_mesh(grid).basis()
+    found = RigidPunch(soil, basis, origin=middle).solve(1.0, unilateral=False)
+    assert np.abs(found.tilt).max() < 1e-11 / unit**2

@@ -26,6 +26,7 @@ from skfem_dual import (
     ElasticPunch,
     HalfSpace,
     Paraboloid,
+    Plan,
     Plate,
     Punches,
     ResolutionWarning,
@@ -33,6 +34,7 @@ from skfem_dual import (
     column_load,
     flexible_settlement,
 )
+from skfem_dual.bodies.plates import excess_under_columns
 from skfem_dual.contact.one_sign import solved
 from skfem_dual.grids.generate import annulus, polygon, rectangle
 from skfem_dual.io import write_solution, write_structure
@@ -372,3 +374,43 @@ def test_where_contact_is_not_found_on_constant_cells_that_is_told(monkeypatch):
     monkeypatch.setattr("skfem_dual.bodies.elastic.solved", lost)
     with pytest.warns(ConvergenceWarning, match="lost"):
         assert not raft.solve(f).success
+
+
+@pytest.mark.parametrize("sides", [(10.0, 0.3), (12.0, 6.0), (10.0, 0.0)])
+def test_loads_that_are_spread_over_many_elements(sides):
+    """Walls and slabs: as in many short pieces, or as an area load of the whole plate."""
+    plate = Plate(0.25, 30e6, 0.2)
+    slab = plate.on(HalfSpace(30e3, 0.3), DualMesh.from_mesh(rectangle(12, 6, n=300)).basis())
+    basis = slab.structure
+    found = column_load(basis, (0.0, 0.0), 1000.0, sides=sides)
+    if sides == (12.0, 6.0):
+        expected = LinearForm(lambda v, w: 1000.0 / 72 * v).assemble(basis)
+    else:
+        n = 400
+        pieces = (np.arange(n) + 0.5) / n * 10.0 - 5.0
+        own = [(x, 0.0) for x in pieces]
+        side = (10.0 / n, sides[1])
+        expected = sum(column_load(basis, x, 1000.0 / n, sides=side) for x in own)
+    one, other = (plate.moments(slab.solve(f)) for f in (found, expected))
+    assert np.abs(one - other).max() < 5e-3 * np.abs(other).max()
+
+
+def test_rectangles_that_reach_a_little_beyond_the_plate_are_refused():
+    slab = Plate(0.25, 30e6, 0.2).on(
+        HalfSpace(30e3, 0.3), DualMesh.from_mesh(rectangle(12, 6, n=60)).basis()
+    )
+    for x in ((5.51, 0.0), (60.0, 0.0)):
+        with pytest.raises(ValueError, match="expected a column on the plate"):
+            column_load(slab.structure, x, 1.0, sides=(1.0, 0.3))
+
+
+def test_columns_exactly_on_a_slanted_edge():
+    """Elements are found there by rounding, too."""
+    corners = np.array([[0.3, 0.1], [6.7, 4.9], [3.7, 8.9], [-2.7, 4.1]])
+    mesh = Plan.from_polygon([tuple(x) for x in corners]).mesh(n=60)
+    plate = Plate(0.4, 30e6, 0.2)
+    basis = plate.on(HalfSpace(30e3, 0.3), DualMesh.from_mesh(mesh).basis()).structure
+    share = np.linspace(0.03, 0.97, 40)
+    x = corners[:1].T * (1 - share) + corners[1:2].T * share
+    excess = excess_under_columns(plate, basis, x, np.ones(40))
+    assert (excess > 0).all()

@@ -180,3 +180,14 @@ def test_contact_on_a_few_cells_warns():
     with pytest.warns(ResolutionWarning, match=r"contact on \d of 145 cells, fewer than 12"):
         assert of.solve(1e-4).success
     assert of.solve(1.0).success  # on many
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("moment", [0.0, 0.1 * 3 - 0.3, 1e-12, 1e-9])
+def test_moments_that_are_rounding_beside_an_imposed_settlement(moment, unilateral):
+    """Pressures are no closer than they are to their own size."""
+    of = punch()
+    exact = of.solve(settlement=0.1, unilateral=unilateral)
+    found = of.solve(settlement=0.1, moments=(moment, 0.0), unilateral=unilateral)
+    assert found.success
+    assert found.force == pytest.approx(exact.force, rel=1e-7)

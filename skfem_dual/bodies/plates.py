@@ -10,23 +10,26 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import csr_matrix
-from skfem import BilinearForm, CellBasis, ElementTriMorley, MeshTri
+from skfem import BilinearForm, CellBasis, ElementQuad0, ElementTriMorley, MeshQuad, MeshTri
 from skfem.helpers import dd, ddot, eye, trace
 from skfem.mapping import Mapping
 
 from ..arguments import Pair, checked_instance, checked_number, checked_pair, checked_size
-from ..elements.point_values import value_matrix
+from ..elements.load_matrix import load_matrix
+from ..elements.point_values import locate, value_matrix
 from ..elements.shape_functions import ShapeFunctions, ascends
 from ..grids.cellwise import CellwiseBasis
+from ..grids.fan import Fan
 from ..grids.mappings import mapping_about_middle, own_mapping
+from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..messages import place
 from ..operators.resources import FEWER, refuse_beyond_memory
 from ..solutions.elastic_solution import ElasticSolution
 from .elastic import ElasticPunch
 
-#: points along each side of a loaded rectangle, of Gauss's rule
-POINTS = 8
+#: points of Gauss's rule along an element of a loaded line, and the most such pieces
+POINTS, PIECES = 8, 1000
 #: bytes that a cell under a plate takes until the answer, most of them for the plate's factors:
 #: 157 to 202 KiB of 1000 to 12 000 cells of a rectangle
 UNDER_PLATE = 200.0 * 2**10
@@ -221,7 +224,10 @@ def excess_under_columns(plate: Plate, basis: CellBasis, x: ndarray, force: ndar
     """About how much too far a plate bends by its element under the forces of narrow columns in
     points (2, m), away from its edge."""
     areas = np.abs(own_mapping(basis.mesh).detA).ravel() / 2
-    return SOFT * force * areas[basis.mesh.element_finder()(*x)] / plate.rigidity
+    point, cell = locate(basis.mesh.p[:, basis.mesh.t], x)  # of several the largest
+    largest = np.zeros(x.shape[1])
+    np.maximum.at(largest, point, areas[cell])
+    return SOFT * force * largest / plate.rigidity
 
 
 def _require_curvatures(basis: CellBasis, curvatures: ndarray | None) -> None:
@@ -283,23 +289,53 @@ def column_load(
                 f"expected a side along {axis} of the column with a moment of {moment:g} along "
                 f"it, got none. Remedy: sides=, over which it is spread"
             )
-    points, weights = np.polynomial.legendre.leggauss(POINTS)
-    a, b = np.meshgrid(points, points, indexing="ij")
-    shares = np.outer(weights, weights).ravel() / 4
-    arms = np.stack([a.ravel() * sides[0], b.ravel() * sides[1]]) / 2
-    # of a force by a moment: arm over the mean square of all arms
-    square = (arms**2 @ shares)[:, None]
-    lever = np.divide(arms, square, where=square > 0, out=np.zeros_like(arms))
-    loads = shares * (force + turning @ lever)
-    if not any(sides):
-        arms, loads = np.zeros((2, 1)), np.array([force])
     ShapeFunctions.of(basis, None)  # refuses what is no matter of places
     try:
-        matrix = value_matrix(basis, middle[:, None] + arms)
+        spread = _on_rectangle if all(sides) else _on_line
+        return spread(basis, middle, np.array(sides), force, turning)
     except ValueError as error:
         raise ValueError(
             f"expected a column on the plate, got one at {place(middle)} with "
             f"sides {sides[0]:g} and {sides[1]:g}, in part beside it. Remedy: coordinates of the "
             "plan; shorter sides at its edge"
         ) from error
-    return np.asarray(matrix.T @ loads)
+
+
+def _on_rectangle(
+    basis: CellBasis, middle: ndarray, sides: ndarray, force: float, turning: ndarray
+) -> ndarray:
+    """Load vector of a pressure that is linear on a rectangle, with moments along x and y."""
+    ends = [mid + np.array([-0.5, 0.5]) * side for mid, side in zip(middle, sides, strict=True)]
+    cell = CellBasis(MeshQuad.init_tensor(*ends), ElementQuad0())
+    fan, low, high = Fan.from_basis(cell), *np.transpose(ends)[:, :, None, None]
+    # of large plates few elements are near
+    own = np.arange(basis.mesh.nelements) if basis.tind is None else basis.tind
+    corners = basis.mesh.p[:, basis.mesh.t[:, own]]
+    beside = (corners.min(axis=1) > high[:, 0]) | (corners.max(axis=1) < low[:, 0])
+    near = own[~beside.any(axis=0)]
+    if not len(near):
+        raise ValueError("expected a rectangle on the plate, got one beside it")
+    some = basis.with_elements(near)
+    matrix = load_matrix(Partition.from_basis(cell), None, fan, some, moments=True)
+    area = sides.prod()
+    return np.asarray(matrix @ np.array([force, *(12 * turning / sides**2)]) / area)
+
+
+def _on_line(
+    basis: CellBasis, middle: ndarray, sides: ndarray, force: float, turning: ndarray
+) -> ndarray:
+    """The same along a line, or in a point where it has no side, by points along elements."""
+    along = int(np.argmax(sides))
+    length, arms, shares = sides[along], np.zeros((2, 1)), np.ones(1)
+    if length:
+        size = np.sqrt(basis.dx.sum(axis=1).mean())
+        pieces = min(int(np.ceil(length / size)), PIECES)
+        points, weights = np.polynomial.legendre.leggauss(POINTS)
+        places = (np.arange(pieces)[:, None] + (1 + points) / 2) / pieces - 0.5
+        shares = np.tile(weights / (2 * pieces), pieces)
+        arms = np.zeros((2, len(shares)))
+        arms[along] = length * places.ravel()
+    loads = shares * force
+    if turning[along]:
+        loads = loads + shares * 12 * turning[along] / length**2 * arms[along]
+    return np.asarray(value_matrix(basis, middle[:, None] + arms).T @ loads)

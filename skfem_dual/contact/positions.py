@@ -79,6 +79,9 @@ def by_force(
     along = along[:, 0] * np.sign(along[:, 0] @ stiffness[:, 0])
     across = across[:, 0]
     first = lstsq(balance, constraints.given[columns])[0]
+    if along[0]:  # by the force itself, whatever the unit of length
+        along = along / along[0]
+        first = first - first[0] * along
     answers: dict[float, tuple[Contact, ndarray, float]] = {}
 
     def missed(force: float) -> float:
@@ -91,7 +94,9 @@ def by_force(
         answers[force] = contact, position, off
         return off if contact.success else np.nan
 
-    bracket = _bracket(missed, height * abs(along @ stiffness @ along))
+    by_force, by_moments = across @ np.linalg.solve(stiffness, np.column_stack([along, first]))
+    guess = (height - by_moments) / by_force
+    bracket = _bracket(missed, guess if guess > 0 else height / abs(by_force))
     if bracket is None:
         return None
     force = scipy.optimize.brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 1e-15), disp=False)
@@ -151,7 +156,7 @@ def _untried(forces: ndarray, values: ndarray, guess: float) -> float | None:
     """The force to try next: where answers end, where they come near, or farther out."""
     answered, off = np.isfinite(values), np.abs(values)
     apart = forces[1:] > CLOSE * forces[:-1]
-    # loads turn the body over from some force on
+    # up to some force, or from it on, loads turn the body over
     ends = np.nonzero(apart & (answered[:-1] != answered[1:]))[0]
     if len(ends):
         return float(np.sqrt(forces[ends[0]] * forces[ends[0] + 1]))
@@ -164,7 +169,8 @@ def _untried(forces: ndarray, values: ndarray, guess: float) -> float | None:
             return float(np.sqrt(forces[k] * forces[k + 1]))
     # far out it is proportional to the force, and near none it is what is left without
     ahead = not (answered[-1] and (off[-2:] > 2 * off[-3:-1]).sum() == 2)
-    back = answered[0] and not (len(off) > 1 and abs(off[0] - off[1]) < SAME * off[0])
+    alike = len(off) > 1 and abs(off[0] - off[1]) < SAME * off[0]
+    back = (answered[0] and not alike) or not answered.any()
     steps = np.log(np.array([guess / forces[0], forces[-1] / guess])) / np.log(RATIO)
     steps[~np.array([back, ahead])] = np.inf
     if steps.min() > STEPS - 0.5:

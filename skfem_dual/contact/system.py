@@ -325,10 +325,10 @@ class ContactSystem:
         roads = [
             lambda: apart(problem, True),
             lambda: self._elsewhere(constraints, problem, how),
-            lambda: self._directly(problem, how, start),
             lambda: apart(problem),
         ]
-        for road in (roads[2], *roads) if soon else roads:
+        roads.insert(0 if soon else 2, lambda: self._directly(problem, how, start))
+        for road in roads:
             found = road()
             if found is not None:
                 return found
@@ -367,10 +367,11 @@ class ContactSystem:
         """The same by the force under which the settlement is the one imposed."""
         if how.method != "cg" and self._dense:  # from a rough answer the active set is soon there
             found = self._by_force(constraints, problem, How(True, "cg", ROUGHLY))
-            if found is not None:
-                polished = active_set(replace(problem, matrix=self.array), found[0].pressure > 0)
-                if polished.success:
-                    return polished
+            if found is None:
+                return None
+            polished = active_set(replace(problem, matrix=self.array), found[0].pressure > 0)
+            if polished.success:
+                return polished
         found = self._by_force(constraints, problem, how)
         if found is None:
             return None

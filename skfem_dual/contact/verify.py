@@ -135,7 +135,10 @@ class Verification:
         bodies = (np.abs(balance) > 0) @ (moved @ moved.T > 0)
         borne = (bodies @ (moved > 0)) @ (system.areas * np.abs(pressure))
         felt = np.where(same, borne, 0.0).max(axis=1)
-        own = np.where(imposed > 0, imposed, felt)
+        # tiny ones by pressures as well, which work of their own on forces of one sign tells from
+        forced = (same & (acting >= 0).all(axis=1)).any(axis=1)
+        least = np.where(forced, 0.0, BESIDE * felt)
+        own = np.where(imposed > 0, np.maximum(imposed, least), felt)
         # beside far larger loads those of a body have fewer digits, pressures without load none
         fewer = np.where(imposed > 0, FEWER * own, np.inf)
         own = np.maximum(own, np.minimum(fewer, BESIDE * own.max()))

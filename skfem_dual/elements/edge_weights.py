@@ -41,8 +41,9 @@ VARIATION = 1.1
 #: degree of the rule for means of w with a factor, and triangles at a time
 ORDER, CHUNK = 6, 2**14
 #: sides of triangles nearer to a corner than so many lengths, more than 4 as that is a distance in
-#: even grids, are halved where phi in the middle is off by more than so much of it; so often
-BESIDE, BENT, HALVES = 4.000001, 0.04, 4
+#: even grids, are halved where phi in the middle is off by more than so much of it, more than
+#: 0.04 as that comes about in even grids, too; so often
+BESIDE, BENT, HALVES = 4.000001, 0.0400001, 4
 #: how far off a point may be in parts of its coordinates
 ROUNDING = 8 * np.finfo(float).eps
 

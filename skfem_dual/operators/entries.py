@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import cast
 
 import numpy as np
 from numpy import ndarray
@@ -71,25 +72,23 @@ class Entries:
     @computed_once
     def _corrections(self) -> tuple[EdgeCorrection | None, SlopeCorrection | None]:
         """Both take the same sums near the cells."""
-        weights, c = self.weights, self.substrate.singular_coefficient
-        if self.slopes is None:
-            if weights is None:
-                return None, None
-            return EdgeCorrection.from_weights(weights, c, self.x), None
-        first, others = np.arange(len(self.partition)), []
-        if len(first) > MANY_CELLS:
-            rest = first
-            if weights is not None:
-                first, rest = weights.cells, np.nonzero(~weights.weighted)[0]
-            else:
-                first = first[:0]
-            others = np.array_split(rest, PARTS)
+        weights, slopes = self.weights, self.slopes
+        if weights is None and slopes is None:  # periodic ground has no part c / r
+            return None, None
+        c = self.substrate.singular_coefficient
+        if slopes is None:
+            return EdgeCorrection.from_weights(cast(EdgeWeights, weights), c, self.x), None
+        first = every = np.arange(len(self.partition))
+        others: list[ndarray] = []
+        if len(every) > MANY_CELLS:
+            first = every[:0] if weights is None else weights.cells
+            others = np.array_split(np.delete(every, first), PARTS)
         edge = self._near(first)
         sums = chain([edge], map(self._near, others))
         dtype = np.float32 if self.single else float
         return (
             None if weights is None else EdgeCorrection.from_sums(weights, c, self.x, edge),
-            SlopeCorrection.from_sums(self.slopes, self.substrate, self.x, sums, dtype),
+            SlopeCorrection.from_sums(slopes, self.substrate, self.x, sums, dtype),
         )
 
     def _near(self, cells: ndarray) -> NearSums:
