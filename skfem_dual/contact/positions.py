@@ -77,7 +77,7 @@ def by_force(
         return None
     stiffness = stiffness[rows, rows]
     along = along[:, 0] * np.sign(along[:, 0] @ stiffness[:, 0])
-    across = across[:, 0]
+    across = across[:, 0] * (-1.0 if across[0, 0] < 0 else 1.0)
     first = lstsq(balance, constraints.given[columns])[0]
     if along[0]:  # by the force itself, whatever the unit of length
         along = along / along[0]
@@ -94,9 +94,12 @@ def by_force(
         answers[force] = contact, position, off
         return off if contact.success else np.nan
 
-    by_force, by_moments = across @ np.linalg.solve(stiffness, np.column_stack([along, first]))
-    guess = (height - by_moments) / by_force
-    bracket = _bracket(missed, guess if guess > 0 else height / abs(by_force))
+    # in full contact
+    moved, offset = across @ lstsq(stiffness, np.column_stack([along, first]))[0]
+    if moved == 0:
+        return None
+    guess = (height - offset) / moved
+    bracket = _bracket(missed, guess if guess > 0 else height / abs(moved))
     if bracket is None:
         return None
     force = scipy.optimize.brentq(missed, *bracket, xtol=1e-300, rtol=max(rtol, 1e-15), disp=False)
