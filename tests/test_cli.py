@@ -525,7 +525,18 @@ def test_asked_to_end_while_a_file_is_written(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+signals = pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)]
+)
+
+
+def ended(program):
+    """Exit code and standard error of a program of its own."""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
+    return done.returncode, done.stderr
+
+
+@signals
 def test_asked_to_end_while_libraries_are_imported(number, code):
     """VTK bears no exception then: a command ended in a segmentation fault, one time in four."""
     program = (
@@ -540,15 +551,14 @@ def test_asked_to_end_while_libraries_are_imported(number, code):
         "except BaseException:\n"
         "    os._exit(1)\n"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
-    assert done.returncode == code
+    assert ended(program)[0] == code
     before = signal.getsignal(number)
     with startup.leaving_at_once():  # other programs are left alone
         assert signal.getsignal(number) is before
     assert signal.getsignal(number) is before
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@signals
 def test_asked_to_end_in_a_finaliser(number, code):
     """Python loses exceptions there: the signal comes once more."""
     program = (
@@ -566,8 +576,7 @@ def test_asked_to_end_in_a_finaliser(number, code):
         "except KeyboardInterrupt:\n"
         "    sys.exit(130)\n"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
-    assert (done.returncode, done.stderr) == (code, b"")
+    assert ended(program) == (code, b"")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="of names of files in bytes")

@@ -414,3 +414,18 @@ def test_columns_exactly_on_a_slanted_edge():
     x = corners[:1].T * (1 - share) + corners[1:2].T * share
     excess = excess_under_columns(plate, basis, x, np.ones(40))
     assert (excess > 0).all()
+
+
+@pytest.mark.parametrize("site", [0.0, 5e5, 5e6])
+@pytest.mark.parametrize("sides", [(0.3, 0.3), (4.0, 0.4), (4.0, 0.0), (0.0, 0.0)])
+def test_columns_keep_force_and_moments_on_site_coordinates(sides, site):
+    """Corners of rectangles are rounded there, by parts of their area."""
+    mesh = rectangle(12, 6, n=100).translated((site, site))
+    cells = DualMesh.from_mesh(mesh).basis()
+    slab = Plate(0.25, 30e6, 0.2).on(HalfSpace(30e3, 0.3), cells, origin=(site, site))
+    mx, my = (moment if side else 0.0 for moment, side in zip((0.3, -0.2), sides[::-1]))
+    x = (site + 0.123, site + 0.2)
+    found = slab.solve(column_load(slab.structure, x, 7.0, sides=sides, moments=(mx, my)))
+    expected = [7.0, 7.0 * (x[0] - site) + my, 7.0 * (x[1] - site) + mx]
+    assert found.resultant[0] == pytest.approx(7.0, abs=1e-12)
+    assert found.resultant == pytest.approx(expected, abs=1e-11 + 1e-15 * site)

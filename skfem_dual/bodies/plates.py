@@ -305,20 +305,20 @@ def _on_rectangle(
     basis: CellBasis, middle: ndarray, sides: ndarray, force: float, turning: ndarray
 ) -> ndarray:
     """Load vector of a pressure that is linear on a rectangle, with moments along x and y."""
-    ends = [mid + np.array([-0.5, 0.5]) * side for mid, side in zip(middle, sides, strict=True)]
-    cell = CellBasis(MeshQuad.init_tensor(*ends), ElementQuad0())
-    fan, low, high = Fan.from_basis(cell), *np.transpose(ends)[:, :, None, None]
-    # of large plates few elements are near
+    ends = middle[:, None] + np.array([-0.5, 0.5]) * sides[:, None]
     own = np.arange(basis.mesh.nelements) if basis.tind is None else basis.tind
     corners = basis.mesh.p[:, basis.mesh.t[:, own]]
-    beside = (corners.min(axis=1) > high[:, 0]) | (corners.max(axis=1) < low[:, 0])
-    near = own[~beside.any(axis=0)]
+    beside = (corners.min(axis=1) > ends[:, 1:]) | (corners.max(axis=1) < ends[:, :1])
+    near = own[~beside.any(axis=0)]  # of large plates few elements
     if not len(near):
         raise ValueError("expected a rectangle on the plate, got one beside it")
-    some = basis.with_elements(near)
-    matrix = load_matrix(Partition.from_basis(cell), None, fan, some, moments=True)
-    area = sides.prod()
-    return np.asarray(matrix @ np.array([force, *(12 * turning / sides**2)]) / area)
+    rectangle = CellBasis(MeshQuad.init_tensor(*ends), ElementQuad0())
+    cell, fan = Partition.from_basis(rectangle), Fan.from_basis(rectangle)
+    matrix = load_matrix(cell, None, fan, basis.with_elements(near), moments=True)
+    # of the rectangle as its corners are rounded, at site coordinates
+    area, (xx, _, yy) = cell.areas[0], cell.polygons.second_moments[:, 0]
+    moved = turning - force * (cell.centroids[:, 0] - middle)
+    return np.asarray(matrix @ np.array([force / area, *(moved / [xx, yy])]))
 
 
 def _on_line(

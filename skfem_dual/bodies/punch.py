@@ -131,7 +131,7 @@ class RigidPunch(Movable, RigidBodies):
     corners: ArrayLike | None = None
     timings: dict[str, float] = field(default_factory=dict, init=False, compare=False)
     edge_by_contact: bool = field(default=False, init=False)
-    refined_by: ClassVar[str] = ", as by refine_to_contact on triangles"
+    _refined_by: ClassVar[str] = ", as by refine_to_contact on triangles"
 
     def __post_init__(self) -> None:
         self._own("gap", "edge_boundaries", "outline", "corners")

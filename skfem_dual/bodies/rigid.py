@@ -49,7 +49,7 @@ class RigidBodies(FromFields, ABC):
 
     timings: dict[str, float]
     #: what makes cells smaller where contact is
-    refined_by: ClassVar[str] = ""
+    _refined_by: ClassVar[str] = ""
 
     @property
     @abstractmethod
@@ -86,7 +86,7 @@ class RigidBodies(FromFields, ABC):
         for part, own in zip(self.parts, self.slices, strict=True):
             if not joined[part.body] and not self.system.gap[own].any():
                 found.append(narrow(part.footprint.partition, contact.touching[own]))
-        return [message + self.refined_by for message in found if message]
+        return [message + self._refined_by for message in found if message]
 
     @computed_once
     def sloping(self) -> tuple[SlopeCorrection, ...]:

@@ -44,9 +44,8 @@ def weights_of(
                 f"expected boundaries with facets on the edge of the plan, got {boundaries!r}. "
                 'Remedy: edge="constant" if there is no such edge'
             )
-    # what a thin skin does to the law ends before the middle of a cell
     seen = seen_by(substrate, partition.areas[partition.f2c[0, ribs]])
-    return EdgeWeights.from_basis(basis, partition, ribs, None if seen is not substrate else seen)
+    return EdgeWeights.from_basis(basis, partition, ribs, seen)
 
 
 def inner_share(partition: Partition, inside: ndarray) -> float:

@@ -45,8 +45,8 @@ class Load:
         Inclinations Lx, Ly instead of the moments. With ``force`` the punch is guided; with
         ``settlement`` its position is given wholly. A given settlement alone leaves the
         punch free to tilt under the reaction, which acts ``at`` the given point. Beside the
-        origin several reactions may do so: that one is found whose size is next to the one of
-        full contact, or none where the punch need not touch.
+        origin several reactions may do so: mostly that one is found whose size is next to the one
+        of full contact, or none where the punch need not touch.
     horizontal : pair of float
         Force (Hx, Hy) on the base, in the plane of the ground. Cells in contact carry it by shear
         tractions, which neither slip nor change the pressures. On a `HalfSpace`,
@@ -102,6 +102,10 @@ class Load:
         """First moments of the pressure beyond those of its resultant acting ``at`` its point."""
         m1, m2 = self.moments or (0.0, 0.0)
         return np.array([-m1, m2])
+
+    def moments_of(self, force: float) -> ndarray:
+        """First moments, from the origin, of a resultant of this force where it must act."""
+        return force * np.array(self.at or (0.0, 0.0)) + self.first_moments
 
     @property
     def point(self) -> Pair | None:

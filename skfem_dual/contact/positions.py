@@ -14,6 +14,8 @@ from .problem import Contact, ContactProblem
 CLEAR, FEASIBLE = 1e-8, 1e-10
 #: forces between which a settlement is looked for, in steps of their ratio, up and down
 RATIO, STEPS = 4.0, 16
+#: forces that are tried at most
+MOST = 100
 #: ratio of forces that are not told apart, and change of a component that is none
 CLOSE, SAME = 1.02, 1e-6
 
@@ -141,7 +143,7 @@ def _loaded(constraints: Constraints, own: tuple[slice, slice], forces: ndarray)
 def _bracket(missed: Callable[[float], float], guess: float) -> tuple[float, float] | None:
     """Two forces between which ``missed`` changes its sign, not far from the guess."""
     known = {guess: missed(guess)}
-    while True:
+    while len(known) < MOST:
         forces = np.array(sorted(known))
         values = np.array([known[force] for force in forces])
         between = np.nonzero(values[:-1] * values[1:] <= 0)[0]
@@ -153,6 +155,7 @@ def _bracket(missed: Callable[[float], float], guess: float) -> tuple[float, flo
         if force is None:
             return None
         known[force] = missed(force)
+    return None
 
 
 def _untried(forces: ndarray, values: ndarray, guess: float) -> float | None:

@@ -135,7 +135,7 @@ class Verification:
         bodies = (np.abs(balance) > 0) @ (moved @ moved.T > 0)
         borne = (bodies @ (moved > 0)) @ (system.areas * np.abs(pressure))
         felt = np.where(same, borne, 0.0).max(axis=1)
-        # tiny ones by pressures as well, which work of their own on forces of one sign tells from
+        # tiny ones by pressures as well, but beside a force, whose digits these have
         forced = (same & (acting >= 0).all(axis=1)).any(axis=1)
         least = np.where(forced, 0.0, BESIDE * felt)
         own = np.where(imposed > 0, np.maximum(imposed, least), felt)

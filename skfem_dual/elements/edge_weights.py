@@ -27,6 +27,7 @@ from ..grids.outline import MANY, Wedges, distance_to_segments, wedges
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.rigid_disc import EdgeLaw, edge_law
+from ..ground.seen import Seen
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import ReadOnly, computed_once, remember
@@ -85,12 +86,13 @@ class EdgeWeights(ReadOnly):
     ) -> Self:
         """Of a basis and its partition, with a fan of the cells that may be weighted.
 
-        ``substrate`` is the ground, homogeneous by default.
+        ``substrate`` is the ground, homogeneous by default. What a thin skin, which `Seen` ground
+        has, does to the law ends before the middle of a cell.
         """
         mesh = nodal_mesh(basis)
         a, b = partition.ends(ribs)
         law = None
-        if substrate is not None:
+        if substrate is not None and not isinstance(substrate, Seen):
             size = float(np.sqrt(partition.areas.sum() / np.pi))
             # of cells at the edge, which decides how far the law falls inside them
             width = float(np.sqrt(np.median(partition.areas[partition.f2c[0, ribs]])))

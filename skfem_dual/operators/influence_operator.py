@@ -31,7 +31,7 @@ from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
-from ..ground.seen import Seen, seen_by
+from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
 from ..messages import shown
 from .attempts import COARSEST, ROWS, product, within
@@ -446,8 +446,7 @@ def _law(
             'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
             "a basis, whose mesh tells the weights"
         )
-    own = None if isinstance(ground, Seen) else ground
-    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), own)
+    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), ground)
     return weights, Slopes.from_weights(weights)
 
 

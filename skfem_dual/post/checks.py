@@ -190,7 +190,7 @@ def _imposed(solution: PunchSolution) -> dict[str, ndarray]:
     if load.tilt is not None:
         found["the tilt"] = np.array(load.tilt)
     if load.force is not None:
-        moments = load.force * np.array(load.at or (0.0, 0.0)) + load.first_moments
+        moments = load.moments_of(load.force)
         if load.tilt is not None:
             found["the force"] = np.array([load.force])
         else:

@@ -228,7 +228,7 @@ class Standing(LoadedPlan):
         moments = np.full(2, np.nan)
         if load.tilt is None:
             force = self.solution.force if load.force is None else load.force
-            moments = force * np.array(load.at or (0.0, 0.0)) + load.first_moments
+            moments = load.moments_of(force)
         return np.array([np.nan if load.force is None else load.force, *moments])
 
     @property

@@ -83,10 +83,10 @@ class PunchesSolution:
         framed = self.punches.stiffness.any(axis=1).reshape(-1, 3).any(axis=1)
         for own, body, held in zip(taken, self.punches.bodies, framed, strict=True):
             share = self[body[0]].load
-            if not held or share.body.force is None or share.body.tilt is not None:
+            load = share.body
+            if not held or load.force is None or load.tilt is not None:
                 continue
-            own[:] = share.body.force
-            own[1:] = own[0] * np.array(share.body.at or (0.0, 0.0)) + share.body.first_moments
+            own[:] = [load.force, *load.moments_of(load.force)]
             for i in body:
                 force, *moments = self[i].resultant
                 arm = np.array(self[i].footprint.origin) - share.origin

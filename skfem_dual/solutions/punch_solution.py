@@ -106,7 +106,7 @@ class PunchSolution(CellPressures):
         if load.force is not None:
             imposed[0] = load.force
         if load.tilt is None:
-            imposed[1:] = imposed[0] * np.array(load.at or (0.0, 0.0)) + load.first_moments
+            imposed[1:] = load.moments_of(imposed[0])
         # what the ground settles is what remains of the gap, less the punch's shape and motion
         settled = (
             contact.gap - punch.initial_gap + position @ punch.planes(punch.collocation_points)

@@ -149,7 +149,10 @@ def _said(result: Any) -> str:
     said = getattr(result, "message", "")
     if isinstance(said, str) and said:
         return said
-    each = zip(getattr(result, "messages", ()), np.atleast_1d(getattr(result, "success", ())))
+    messages = getattr(result, "messages", ())
+    if not isinstance(messages, (tuple, list)):
+        return ""
+    each = zip(messages, np.ravel(result.success))
     return next((str(text) for text, found in each if not found), "")
 
 
