@@ -172,6 +172,8 @@ def checked_array(
         What the last axis counts, such as "cell".
     error : type
         Raised instead of a ValueError, such as `MeshError`.
+    order : {"C", "K"}
+        The layout: row after row, or as it comes.
 
     Returns
     -------

@@ -13,7 +13,11 @@ class MeshError(ValueError):
 
 
 class MeshWarning(UserWarning):
-    """Something in a mesh file was left out or changed on reading."""
+    """Input that was changed or left out on reading, or that looks wrong.
+
+    Such as unused nodes of a mesh, an outline that is cleaned up, an origin off the plan or
+    settlements that tell of mixed units.
+    """
 
 
 class ConvergenceError(RuntimeError):
@@ -25,7 +29,10 @@ class ConvergenceWarning(UserWarning):
 
 
 class ResolutionWarning(UserWarning):
-    """Cells too coarse for the ground or for the contact; the answer is returned all the same."""
+    """An answer that is returned, but may be less accurate than it looks or than was asked for.
+
+    Mostly since cells are too coarse for the ground or for the contact.
+    """
 
 
 class Told(NamedTuple):

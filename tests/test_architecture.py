@@ -1,6 +1,8 @@
 """Imports run downhill, and heavy optional packages are not imported without need."""
 
 import ast
+import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -172,6 +174,7 @@ LAYERS = [
         "contact.planes",
         "contact.contact_line",
         "contact.region",
+        "contact.plan_triangles",
         "contact.period",
         "contact.edges",
         "contact.loaded_cells",
@@ -416,4 +419,10 @@ def test_import_without_optional_packages():
 
 def test_public_names_exist_and_are_documented():
     for name in skfem_dual.__all__:
-        assert getattr(skfem_dual, name).__doc__
+        public = getattr(skfem_dual, name)
+        doc = inspect.getdoc(public) or ""
+        assert doc, name
+        assert not doc.startswith(f"{name}("), name  # as dataclasses have by themselves
+        if inspect.isfunction(public):
+            told = set(re.findall(r"\w+", doc))
+            assert set(inspect.signature(public).parameters) <= told, name

@@ -78,7 +78,7 @@ def zeros(mesh, element):
     [
         (lambda: Paraboloid(-1.0), ValueError, "positive radius, got -1"),
         (lambda: Paraboloid(1.0, 3.0), TypeError, "two numbers for centre"),
-        (lambda: Cone(2.0), ValueError, "below pi / 2"),
+        (lambda: Cone(2.0), ValueError, "below 1.57"),
         (lambda: RoundedCylinder(1.0, 0.0), ValueError, "positive rounding"),
         (lambda: Sphere(1.0)([[2.0], [0.0]]), ValueError, "within the radius 1"),
     ],

@@ -71,8 +71,9 @@ class RigidPunches(RigidBodies):
     Raises
     ------
     TypeError, ValueError
-        If there is no punch, their substrates differ, their plans overlap, or ``joined`` names a
-        punch twice or one that does not exist.
+        If there is no punch, their substrates differ, their plans overlap, ``joined`` names a
+        punch twice or one that does not exist, ``stiffness`` has another shape or is not
+        symmetric and positive semidefinite, or ``names`` are not one for each punch.
 
     Examples
     --------

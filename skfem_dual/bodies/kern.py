@@ -19,8 +19,8 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..messages import place
 
-#: least pressures under a mere settlement, over the mean, on which a kern depends hardly by the
-#: cells: 4 % on 100 cells, more where they are smaller
+#: least pressure under a mere settlement, over the mean, below which a kern depends on the mesh:
+#: there by 4 % on 100 cells, more where cells are smaller
 NEARLY = 0.05
 
 
@@ -77,7 +77,7 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
             ResolutionWarning,
         )
     # tilts by how far they move the edge of the plan, whatever the unit of length
-    scale = np.diag([1.0, *[1 / np.ptp(partition.polygons.p, axis=1).max()] * 2])
+    scale = np.diag([1.0, *[1 / partition.extent] * 2])
     tilted = scale @ solve_scaled(scale @ stiffness @ scale, scale[:, 1:])
     by_moment = unit @ tilted * stiffness[0, 0]
     ratio = (by_moment / unit[:, :1]).T

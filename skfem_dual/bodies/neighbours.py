@@ -73,8 +73,7 @@ def _punch_on(
     """A flat punch on the whole of a mesh, its origin at the centroid of its plan."""
     dual = grid == "dual"
     basis = DualMesh.from_mesh(mesh).basis() if dual else CellBasis(mesh, ElementTriP0())
-    partition = Partition.from_basis(basis)
-    centre = partition.centroids @ partition.areas / partition.areas.sum()
+    centre = Partition.from_basis(basis).centre
     return RigidPunch(substrate, basis, origin=tuple(centre.tolist()))
 
 
@@ -133,7 +132,7 @@ def require_apart(punches: Sequence[Any], names: Sequence[str]) -> None:
     facets, inside, owner = [], [], []
     for number, punch in enumerate(punches):
         mesh = nodal_mesh(punch.basis)
-        outer = np.nonzero(mesh.f2t[1] == -1)[0]
+        outer = mesh.boundary_facets()
         sides, middles = directed_sides(mesh, outer)
         facets.append(sum(p.shape[1] for p in points) + sides)
         points.append(mesh.p)

@@ -244,7 +244,8 @@ class RigidPunch(Movable, RigidBodies):
         Warns
         -----
         ResolutionWarning
-            If it hardly does on some cell, as on stiff crusts, so that the kern may be too large.
+            If it presses only slightly on some cell, as on stiff crusts, so that the kern may be
+            too large.
 
         Examples
         --------

@@ -1,12 +1,14 @@
 """Meshes refined where contact ends."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from skfem import MeshTri
 
 from ..arguments import checked_instance, checked_integer, checked_text
+from ..contact.load import Load
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
 from ..grids.preprocess import repair
@@ -21,7 +23,7 @@ MOST = 50
 def refine_to_contact(
     make: Callable[[MeshTri], RigidPunch],
     mesh: MeshTri,
-    load: Mapping,
+    load: Load | Mapping,
     refinements: int = 3,
     **options: Any,
 ) -> list[PunchSolution]:
@@ -33,8 +35,8 @@ def refine_to_contact(
         Makes the punch on a mesh.
     mesh : MeshTri
         The first mesh; its tags are lost by refinement.
-    load : mapping
-        What is imposed, keyword arguments of `RigidPunch.solve`.
+    load : Load or mapping
+        What is imposed; a mapping has keyword arguments of `RigidPunch.solve`.
     refinements : int
         How often to refine.
     options
@@ -65,6 +67,7 @@ def refine_to_contact(
     if not callable(make) or isinstance(make, type):
         raise TypeError(f"expected a function of a mesh for make, got {shown(make)}")
     check_type(mesh)
+    load = asdict(load) if isinstance(load, Load) else load
     for key in checked_instance("load", load, Mapping):
         checked_text("a key of load", key)
     if "start" in {**load, **options}:

@@ -7,7 +7,7 @@ from functools import partial
 from ..startup import end_of_imports
 from ..terminal import print_table, tell
 from .files import check_files
-from .messages import one_line, progress_of_compilation, show_warning
+from .messages import progress_of_compilation, show_warning, told
 from .parser import build_parser
 
 #: what may come of bad input or a bad environment; anything else is a fault of the program
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         tell("interrupted")
         return 130
     except BAD as error:
-        tell(f"error: {one_line(error)}")
+        tell(f"error: {told(error)}")
         return 2
 
 

@@ -58,13 +58,13 @@ def how_of(options: argparse.Namespace) -> dict[str, Any]:
 
 def show_warning(warned: list[str], message: Warning | str, *where: object) -> None:
     """Tell a warning in one line, and keep it for reports if it is about the problem."""
-    text = one_line(message)
+    text = told(message)
     if isinstance(message, (MeshWarning, ConvergenceWarning, ResolutionWarning)):
         warned.append(text)
     tell(f"warning: {text}")
 
 
-def one_line(error: BaseException | Warning | str) -> str:
+def told(error: BaseException | Warning | str) -> str:
     """What is said, or the name of the error, in one line."""
     return in_options(" ".join(str(error).split())) or type(error).__name__
 

@@ -58,7 +58,7 @@ def plate(text: str) -> tuple[str | None, Plate]:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def place(text: str) -> tuple[float, float]:
+def pair_of(text: str) -> tuple[float, float]:
     """Two coordinates with a comma between."""
     x, comma, y = text.partition(",")
     if not comma:
@@ -128,7 +128,7 @@ def _add_solve(commands: Any) -> None:
     group.add_argument(
         "--point",
         metavar="X,Y",
-        type=place,
+        type=pair_of,
         action="append",
         default=[],
         help="a point of the plan whose settlement is wanted; any number of times",

@@ -18,7 +18,7 @@ from ..io import write_solution, write_structure
 from ..io.cases import write_rows
 from ..messages import shortened
 from ..report import write_data, write_report
-from ..report.bodies import Body, bodies_of
+from ..report.bodies import ReportedBody, bodies_of
 from ..report.checks import DEFORMED
 from ..report.data import report_data
 from ..report.details import Details
@@ -116,7 +116,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     return code, case_table(bodies, bases, times)
 
 
-def _tell_of_plates(bodies: Sequence[Body]) -> None:
+def _tell_of_plates(bodies: Sequence[ReportedBody]) -> None:
     """Warn of plates as thick as wide."""
     for body in bodies:
         if not isinstance(body, Structure) or body.plate is None:
@@ -130,7 +130,7 @@ def _tell_of_plates(bodies: Sequence[Body]) -> None:
             )
 
 
-def _tell_of_units(details: Details, bodies: Sequence[Body]) -> None:
+def _tell_of_units(details: Details, bodies: Sequence[ReportedBody]) -> None:
     """Warn, of numbers with units, of settlements as of a thousand times too soft a ground."""
     most = max((body.deformation for body in bodies), default=0.0)
     if details.units.named and most > DEFORMED:
@@ -169,7 +169,7 @@ def _write_fields(
     return False
 
 
-def _failed(bodies: Sequence[Body], impossible: dict[str, str]) -> str:
+def _failed(bodies: Sequence[ReportedBody], impossible: dict[str, str]) -> str:
     """The cases without a solution, those of plates that are ``impossible`` by their messages
     among them, and why the first has none; empty if all have one."""
     failed = dict(impossible)
@@ -188,7 +188,7 @@ def _failed(bodies: Sequence[Body], impossible: dict[str, str]) -> str:
     return f" in {named}: {in_options(why)}"
 
 
-def _governing(bodies: Sequence[Body]) -> list[PunchSolution | ElasticSolution]:
+def _governing(bodies: Sequence[ReportedBody]) -> list[PunchSolution | ElasticSolution]:
     """Of all bodies in the case with the largest pressure under one; none without a solution."""
     largest = [b.largest_pressure[b.governing] if b.standing else -1.0 for b in bodies]
     worst = bodies[int(np.argmax(largest))]
@@ -230,7 +230,7 @@ def _scale(units: Units) -> dict[str, Any]:
 
 def _write_data(
     options: argparse.Namespace,
-    bodies: Sequence[Body],
+    bodies: Sequence[ReportedBody],
     times: dict[str, float],
     condition: float | None,
 ) -> None:

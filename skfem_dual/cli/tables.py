@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..messages import decimals_of, place, shortened
-from ..report.bodies import Body, between
+from ..report.bodies import ReportedBody, between
 from ..report.cases import CALLED
 from ..report.footing import Footing
 from ..solutions.punch_solution import PunchSolution
@@ -77,7 +77,7 @@ def _sliding(solution: PunchSolution, units: Units) -> dict[str, str]:
     }
 
 
-def case_table(bodies: Sequence[Body], bases: Sequence[Base], times: Mapping) -> str:
+def case_table(bodies: Sequence[ReportedBody], bases: Sequence[Base], times: Mapping) -> str:
     """A line for each case of each footing or plate, and their envelope."""
     units, lines = bodies[0].details.units, list[str]()
     for body, base in zip(bodies, bases, strict=True):
@@ -109,7 +109,7 @@ def case_table(bodies: Sequence[Body], bases: Sequence[Base], times: Mapping) ->
     return "\n".join([*lines, f"{'Time [s]':<19}{_times(times)}"])
 
 
-def _columns(body: Body, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
+def _columns(body: ReportedBody, units: Units) -> list[tuple[str, Unit, np.ndarray]]:
     """What is told of each case."""
     sink, pressure = units.displacement, ("max press.", units.pressure, body.largest_pressure)
     if isinstance(body, Footing):
@@ -135,7 +135,7 @@ def _slides(footing: Footing, units: Units) -> list[tuple[str, Unit, np.ndarray]
     return list(zip(("Ux", "Uy", "twist"), marks, footing.cases.sliding, strict=True))
 
 
-def _plate_rows(body: Body) -> dict[str, str]:
+def _plate_rows(body: ReportedBody) -> dict[str, str]:
     """What a plate is made of."""
     if isinstance(body, Footing) or body.plate is None:
         return {}
@@ -144,7 +144,7 @@ def _plate_rows(body: Body) -> dict[str, str]:
     return {"Plate": f"{_read(plate.thickness, units.length, units.named)} thick, {made}"}
 
 
-def _points(body: Body) -> dict[str, str]:
+def _points(body: ReportedBody) -> dict[str, str]:
     """Settlements or deflections of the points wanted, over all cases with success."""
     unit, named = body.details.units.displacement, body.details.units.named
     if not body.success.any():
@@ -157,7 +157,7 @@ def _points(body: Body) -> dict[str, str]:
     }
 
 
-def _envelope(body: Body) -> list[str]:
+def _envelope(body: ReportedBody) -> list[str]:
     units = body.details.units
     marks = {
         "largest_pressure": units.pressure,

@@ -6,7 +6,7 @@ Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5, 4.2 (Hertz) 
 Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 """
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy import ndarray
@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipkm1, hyp2f1
 
 from ..arguments import checked_array, checked_number, checked_pair, checked_size
+
+#: one number, or many
+Numbers = TypeVar("Numbers", float, ndarray)
 
 
 def contact_modulus(young: float, poisson: float) -> float:
@@ -38,7 +41,7 @@ def contact_modulus(young: float, poisson: float) -> float:
     return young / (1 - checked_number("poisson", poisson, at_least=0, at_most=0.5) ** 2)
 
 
-def circle_settlement(force: float, radius: float, young: float, poisson: float) -> float:
+def circle_settlement(force: Numbers, radius: float, young: float, poisson: float) -> Numbers:
     """Settlement of a rigid flat circle under a central force, P / (2 a E*).
 
     Parameters
@@ -69,7 +72,7 @@ def circle_settlement(force: float, radius: float, young: float, poisson: float)
     return force / (2 * radius * contact_modulus(young, poisson))
 
 
-def circle_tilt(moment: float, radius: float, young: float, poisson: float) -> float:
+def circle_tilt(moment: Numbers, radius: float, young: float, poisson: float) -> Numbers:
     """Tilt of a rigid flat circle in full contact under a moment, 3 M / (4 a^3 E*).
 
     Parameters

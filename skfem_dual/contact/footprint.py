@@ -35,7 +35,7 @@ from .edges import EdgeBoundaries, weights_of
 from .load import Hull
 from .loaded_cells import LoadedCells
 from .period import PeriodTriangles
-from .region import PlanTriangles
+from .plan_triangles import PlanTriangles
 
 Edge = Literal["singular", "constant"]
 Collocation = Literal["centroid", "node"]
@@ -152,14 +152,12 @@ class Footprint(LoadedCells):
 
         Where it is the origin but for rounding it is that: loads there have no moments.
         """
-        areas, origin = self.partition.areas, np.array(self.origin, dtype=float)
-        centre = self.partition.centroids @ areas / areas.sum()
+        centre, origin = self.partition.centre, np.array(self.origin, dtype=float)
         return np.where(np.abs(centre - origin) <= self._nil(centre), origin, centre)
 
     def _nil(self, x: ndarray) -> float:
         """Distances in the plan, and of points at ``x``, that are rounding."""
-        size = np.ptp(self.partition.polygons.p, axis=1).max()
-        return max(NIL * size, ROUNDING * np.abs(x).max(initial=0.0))
+        return max(NIL * self.partition.extent, ROUNDING * np.abs(x).max(initial=0.0))
 
     def load_matrix(self, basis: AbstractBasis, **options: Any) -> csr_matrix:
         """Loads on finite elements by unit mean pressures; where cells have slopes, by unit slopes

@@ -22,7 +22,7 @@ from ..elements.crossed import CrossedCells
 from ..kernels.once import computed_once, remember
 from ..operators.factors import Factors, submatrix
 from .problem import Contact
-from .sectors import Sectors
+from .sectors import Sectors, gathered
 
 Position = Callable[[ndarray], ndarray]
 Compliances = tuple[ndarray, ndarray]
@@ -269,14 +269,9 @@ class LineWork:
         """Parts of the crossed cells that are in contact, under the pressures that grow."""
         out = []
         for _, own, found in self._parts:
-            parts = int(found.part.max()) + 1
-            key = found.cell.astype(np.int64) * parts + found.part
-            key, at = np.unique(key, return_inverse=True)
-            cell = key // parts
             load = found.areas * found.laws[1].density
-            total = np.bincount(at, load)
-            x = [np.bincount(at, load * a) / total for a in found.centroids]
-            out.append(Sectors(np.stack(x), cell + own.start, total))
+            (x, cell, total), _ = gathered(found.centroids, load, found.cell, found.part)
+            out.append(Sectors(x, cell + own.start, total))
         return Sectors(*(np.concatenate(each, axis=-1) for each in zip(*out, strict=True)))
 
 

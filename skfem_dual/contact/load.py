@@ -44,9 +44,9 @@ class Load:
     tilt : pair of float
         Inclinations Lx, Ly instead of the moments. With ``force`` the punch is guided; with
         ``settlement`` its position is given wholly. A given settlement alone leaves the
-        punch free to tilt under the reaction, which acts ``at`` the given point. Beside the
-        origin several reactions may do so: mostly that one is found whose size is next to the one
-        of full contact, or none where the punch need not touch.
+        punch free to tilt under the reaction, which acts ``at`` the given point. If that is not
+        the origin, several reactions may give this settlement: usually the one closest to that of
+        full contact is found, or none where the punch need not touch.
     horizontal : pair of float
         Force (Hx, Hy) on the base, in the plane of the ground. Cells in contact carry it by shear
         tractions, which neither slip nor change the pressures. On a `HalfSpace`,

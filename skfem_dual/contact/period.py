@@ -11,7 +11,8 @@ from ..grids.lattice import Lattice
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
-from .region import ContactRegion, PlanTriangles
+from .plan_triangles import PlanTriangles
+from .region import ContactRegion
 
 #: cells beyond the edge that decide on where contact ends beside it
 BEYOND = 12

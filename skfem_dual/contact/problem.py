@@ -77,7 +77,7 @@ class Contact(ReadOnly):
     Attributes
     ----------
     pressure : (n,) array of float
-        Pressures, none negative.
+        Pressures, none negative unless the ground may pull.
     motion : (k,) array of float
         Motions y.
     gap : (n,) array of float

@@ -43,13 +43,7 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     own = np.nonzero((weights.weighted & (most > VARIATION * least))[fan.cell])[0]
     load = (fan.areas * mean)[own] / weights.mean[fan.cell[own]]
     x = fan.p.take(fan.t.take(own, axis=1), axis=1).mean(axis=1) + off.take(own, axis=1)
-    parts = int(fan.part.max()) + 1
-    key, sector = np.unique(
-        fan.cell[own].astype(np.int64) * parts + fan.part[own], return_inverse=True
-    )
-    cell, m = key // parts, len(key)
-    total = np.bincount(sector, load, m)
-    x = np.stack([np.bincount(sector, load * a, m) for a in x]) / total
+    (x, cell, total), sector = gathered(x, load, fan.cell[own], fan.part[own])
     if twofold:
         spread, part = _twofold(weights, own, sector, x)
         x = np.hstack([x + spread[0], x + spread[1]])
@@ -60,6 +54,25 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
         cell = np.concatenate([cell, np.tile(inner, 3)])
         total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
     return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+def gathered(x: ndarray, load: ndarray, cell: ndarray, part: ndarray) -> tuple[Sectors, ndarray]:
+    """Pieces of loads put together by parts of cells, and the number of each piece's sector.
+
+    Parameters
+    ----------
+    x : (2, k) array of float
+        Where the load of each piece acts.
+    load : (k,) array of float
+        Their loads.
+    cell, part : (k,) array of int
+        The cell and the part of it that they belong to.
+    """
+    parts = int(part.max(initial=0)) + 1
+    key, sector = np.unique(cell.astype(np.int64) * parts + part, return_inverse=True)
+    total = np.bincount(sector, load, len(key))
+    middles = np.stack([np.bincount(sector, load * a, len(key)) for a in x]) / total
+    return Sectors(middles, key // parts, total), sector
 
 
 def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
@@ -73,10 +86,9 @@ def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
     root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
     partition = weights.partition
     middles, polygons = partition.centroids.take(cells, axis=1), partition.polygons
-    plan = partition.centroids @ partition.areas / partition.areas.sum()
     corner = polygons.p[:, polygons.indices[polygons.offsets[cells]]]
-    towards = centroid - middles
-    for other in (middles - plan[:, None], corner - middles):  # no matter how cells are numbered
+    towards, off = centroid - middles, middles - partition.centre[:, None]
+    for other in (off, corner - middles):  # no matter how cells are numbered
         nil = np.hypot(*towards) < NIL * np.sqrt(areas)
         towards = np.where(nil, other, towards)
     angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]

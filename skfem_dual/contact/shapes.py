@@ -169,10 +169,9 @@ class Cone:
     centre: Pair = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "angle", checked_number("angle", self.angle, above=0))
+        angle = checked_number("angle", self.angle, above=0, below=np.pi / 2)
+        object.__setattr__(self, "angle", angle)
         object.__setattr__(self, "centre", checked_pair("centre", self.centre))
-        if self.angle >= np.pi / 2:
-            raise ValueError(f"expected an angle below pi / 2, got {self.angle:g}")
 
     def __call__(self, x: ArrayLike) -> ndarray:
         """Gap at points of shape (2, ...).

@@ -38,7 +38,7 @@ TURNED, ROUNDING = 1e-9, 1e-14
 #: pressures over the largest that are rounding, as on a cell on which a body rests without a force
 NIL = 1e-12
 #: why conjugate gradients end before contact is found
-FEW = "so few cells are in contact that the load alone tells their pressures"
+TOO_FEW = "so few cells are in contact that the load alone tells their pressures"
 #: cells in contact from which on iterations between them are sooner than a factorisation
 SOONER = 800
 
@@ -264,7 +264,7 @@ def conjugate_gradients(
             before = forces.descent(gap, contact, before)
             if before.decrease == 0:
                 if forces.problem.inverse is None or contact.sum() <= len(motion):
-                    message = FEW
+                    message = TOO_FEW
                     break
                 # the inverse leads nowhere: on without it, more slowly
                 forces, before = CellForces.from_problem(replace(problem, inverse=None)), None

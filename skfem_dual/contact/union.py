@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..elements.edge_weights import EdgeWeights
-from ..elements.law_moments import Factors
+from ..elements.law_moments import LawFactors
 from ..elements.slopes import Around, Slopes
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -15,7 +15,7 @@ from ..grids.polygons import Polygons, readonly
 from ..kernels.once import computed_once
 from ..operators.entries import some_rows
 from ..operators.influence_operator import InfluenceOperator
-from ..operators.resources import refuse_beyond_memory
+from ..operators.resources import ENTRY, refuse_beyond_memory
 from .footprint import Footprint
 from .loaded_cells import ExactRows, LoadedCells, slices_of
 
@@ -43,7 +43,7 @@ def matrix_of(parts: Sequence[LoadedCells]) -> ndarray:
     slices = slices_of(parts)
     n = slices[-1].stop
     remedy = "rtol=1e-6 for all punches, or coarser meshes"
-    refuse_beyond_memory(16.0 * n**2, f"the matrix of {n} cells and its factors take", remedy)
+    refuse_beyond_memory(ENTRY * n**2, f"the matrix of {n} cells and its factors take", remedy)
     matrix = np.empty((n, n))
     for rows, at in zip(slices, parts, strict=True):
         for columns, under in zip(slices, parts, strict=True):
@@ -138,14 +138,16 @@ class _UnionWeights(EdgeWeights):
         return readonly(np.concatenate([part.root for part in self.parts]))
 
     @computed_once
-    def factors(self) -> Factors:
+    def factors(self) -> LawFactors:
         """The laws of the parts, and that of each cell."""
         values, per_root, _ = zip(*(part.factors for part in self.parts))
         # of cells that see no law of the ground, as on thin skins, all factors are one
         most = max(table.shape[1] for table in values)
         values = tuple(v if v.shape[1] == most else np.ones((len(v), most)) for v in values)
         own = np.searchsorted(self.first, np.arange(len(self.partition)), "right") - 1
-        return Factors(np.vstack(values), np.concatenate(per_root), own.clip(0).astype(np.int32))
+        return LawFactors(
+            np.vstack(values), np.concatenate(per_root), own.clip(0).astype(np.int32)
+        )
 
 
 def _firsts(counts: Sequence[int]) -> ndarray:

@@ -81,7 +81,7 @@ def _clouds(load: CellLoads) -> _Clouds:
     clouds = Clouds.from_moments(
         centres, radius, moments, {degree: k * radius for degree, k in DEGREES.items()}
     )
-    return _Clouds(clouds, pieces, *inputs(load.pressure, load.slope, RULE, RULE_WEIGHTS))
+    return _Clouds(clouds, pieces, *inputs(load.pressure, load.slopes_or_zero, RULE, RULE_WEIGHTS))
 
 
 def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:

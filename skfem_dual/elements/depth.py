@@ -187,7 +187,7 @@ class _Varying(NamedTuple):
     @classmethod
     def from_loads(cls, loads: CellLoads, x: ndarray, clusters: Clusters) -> Self:
         """Of the cells that are weighted and loaded, or sloped; of none if there are none."""
-        varies = (loads.weighted & (loads.pressure != 0)) | loads.slope.any(axis=0)
+        varies = (loads.weighted & (loads.pressure != 0)) | loads.slopes_or_zero.any(axis=0)
         cells = np.nonzero(varies)[0]
         cells = cells[np.argsort(clusters.of[cells], kind="stable")]
         starts = np.searchsorted(clusters.of[cells], np.arange(len(clusters.after) + 1))

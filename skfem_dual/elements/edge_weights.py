@@ -32,7 +32,7 @@ from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import ReadOnly, computed_once, remember
 from .graded_rule import graded
-from .law_moments import Factors, Triangles, factor_at, law_moments
+from .law_moments import LawFactors, Triangles, factor_at, law_moments
 from .law_polynomials import law_polynomials
 from .law_strips import Strips
 from .wedge_law import exponent, wedge_factor
@@ -185,13 +185,13 @@ class EdgeWeights(ReadOnly):
         return self.root[self.fan.t[:, fan.same(triangle, self.fan)]]
 
     @computed_once
-    def factors(self) -> Factors:
+    def factors(self) -> LawFactors:
         """The law of each cell over ``phi^(-1/2)``."""
         own = np.zeros(len(self.partition), dtype=np.int32)
         if self.law is None:
-            return Factors(np.ones((1, 2)), np.zeros(1), own)
+            return LawFactors(np.ones((1, 2)), np.zeros(1), own)
         per_root = (len(self.law.factors) - 1) / np.sqrt(self.law.reach)
-        return Factors(self.law.factors[None], np.array([per_root]), own)
+        return LawFactors(self.law.factors[None], np.array([per_root]), own)
 
     def factor(self, cells: ndarray, root: ndarray) -> ndarray:
         """The factor in some cells where the square root of phi is ``root``.
@@ -258,7 +258,7 @@ class EdgeWeights(ReadOnly):
         return mean_weight(*root), _mean_share(root, root[[1, 2, 0]], root[[2, 0, 1]])
 
     def _means_with_factor(self) -> tuple[ndarray, ndarray]:
-        square, factors = self.root[self.fan.t] ** 2, Factors(*inputs(*self.factors))
+        square, factors = self.root[self.fan.t] ** 2, LawFactors(*inputs(*self.factors))
         shares = np.zeros_like(square)
         for begin in range(0, square.shape[1], CHUNK):
             some = slice(begin, begin + CHUNK)
@@ -291,7 +291,7 @@ class EdgeWeights(ReadOnly):
     @computed_once
     def triangles(self) -> Triangles:
         """The fan and the law on it."""
-        fan, factors = self.fan, Factors(*inputs(*self.factors))
+        fan, factors = self.fan, LawFactors(*inputs(*self.factors))
         p, t, root, starts, mean = inputs(fan.p, fan.t, self.root, fan.starts, self.mean)
         return Triangles(p, t, root, starts, mean, factors)
 

@@ -33,6 +33,8 @@ def graded(vertices: ndarray, square: ndarray, order: int) -> Iterator[tuple[nda
         Barycentric coordinates of the vertices of each piece.
     square : (3, k) array of float
         phi at the vertices of the triangles.
+    order : int
+        Degree of the polynomials that are integrated exactly.
 
     Yields
     ------

@@ -22,7 +22,7 @@ U, ALONG_U = gauss(ORDERS // 2 + 1)
 POINTS = len(TAU) * len(U)
 
 
-class Factors(NamedTuple):
+class LawFactors(NamedTuple):
     """Factors of laws over ``phi^(-1/2)``, as kernels take them.
 
     Attributes
@@ -55,7 +55,7 @@ class Triangles(NamedTuple):
         The first triangle of each cell.
     mean : (n,) array of float
         Mean of w over each cell.
-    factors : Factors
+    factors : LawFactors
         The law of each cell over phi^(-1/2).
     """
 
@@ -64,7 +64,7 @@ class Triangles(NamedTuple):
     root: ndarray
     starts: ndarray
     mean: ndarray
-    factors: Factors
+    factors: LawFactors
 
     @classmethod
     def none(cls, n: int) -> Self:
@@ -73,7 +73,7 @@ class Triangles(NamedTuple):
         p, t, root, starts, mean = inputs(
             np.empty((2, 0)), np.empty((3, 0), dtype=np.int32), np.empty(0), starts, np.ones(n)
         )
-        factors = Factors(*inputs(np.ones((1, 2)), np.zeros(1), own))
+        factors = LawFactors(*inputs(np.ones((1, 2)), np.zeros(1), own))
         return cls(p, t, root, starts, mean, factors)
 
 

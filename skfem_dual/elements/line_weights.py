@@ -19,7 +19,7 @@ from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
 from .edge_weights import EdgeWeights
-from .law_moments import Factors
+from .law_moments import LawFactors
 
 #: cells over which the root varies by less than this factor are left constant
 VARIATION = 1.3
@@ -94,12 +94,12 @@ class LineWeights(EdgeWeights):
         return readonly(root.clip(1e-20 * root.max()))
 
     @computed_once
-    def factors(self) -> Factors:
+    def factors(self) -> LawFactors:
         """``s``, over which ``s^(-1/2)`` is the weight."""
         most = self.root.max()
         values = readonly(most**2 * _SQUARES)
         own = np.zeros(len(self.partition), dtype=np.int32)
-        return Factors(values, np.array([(VALUES - 1) / most]), own)
+        return LawFactors(values, np.array([(VALUES - 1) / most]), own)
 
     def _means(self) -> tuple[ndarray, ndarray]:
         roots = self.root[self.fan.t]

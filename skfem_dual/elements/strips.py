@@ -65,7 +65,7 @@ class CellLoads(NamedTuple):
         return load_centroids(self.partition, self.weights)
 
     @property
-    def slope(self) -> ndarray:
+    def slopes_or_zero(self) -> ndarray:
         """Slopes of all cells, zero if there are none; shape (2, n)."""
         return np.zeros((2, len(self.partition))) if self.slopes is None else self.slopes
 
@@ -81,7 +81,7 @@ class CellLoads(NamedTuple):
 
         ``moments`` are about `acting`, as of `load_moments`.
         """
-        gx, gy = self.slope[:, cells]
+        gx, gy = self.slopes_or_zero[:, cells]
         k = np.arange(1, len(moments))
         along = k[:, None, None] * moments[1:, :-1] * gx + k[:, None] * moments[:-1, 1:] * gy
         return self.pressure[cells] * moments[:-1, :-1] + along
@@ -89,7 +89,7 @@ class CellLoads(NamedTuple):
     def inside(self, x: ndarray, cell: ndarray) -> ndarray:
         """``q + g . (x - y)`` at points (2, m), each in a cell."""
         return self.pressure[cell] + np.sum(
-            self.slope[:, cell] * (x - self.acting[:, cell]), axis=0
+            self.slopes_or_zero[:, cell] * (x - self.acting[:, cell]), axis=0
         )
 
 
@@ -176,7 +176,7 @@ def _linear_strips(loads: CellLoads, cells: ndarray) -> tuple[ndarray, ndarray, 
     cell = cell[own]
     a, b = polygons.p[:, polygons.indices[own]], polygons.p[:, polygons.indices[following[own]]]
     p = np.stack([centres[:, cell], a, b], axis=1)
-    rise = np.einsum("dk,dvk->vk", loads.slope[:, cell], p - p[:, :1])
+    rise = np.einsum("dk,dvk->vk", loads.slopes_or_zero[:, cell], p - p[:, :1])
     most = np.maximum(np.abs(rise).max(axis=0), np.finfo(float).tiny)
     triangle, corners = _cut(np.sqrt(1 + (1 - OFFSET) / (1 + OFFSET) * rise / most), STRIPS)
     # triangles that turn the other way are taken off

@@ -79,6 +79,8 @@ def wedge_factor(wedges: Wedges, x: ndarray, distance: ndarray) -> ndarray:
 
     Parameters
     ----------
+    wedges : Wedges
+        The corners.
     x : (2, m) array of float
         Points of the plan.
     distance : (m,) array of float

@@ -282,6 +282,11 @@ class DualMesh(ReadOnly):
     def primal_basis(self, intorder: int | None = None) -> "CellwiseBasis":
         """Piecewise constants on the triangles, with the quadrature points of `basis`.
 
+        Parameters
+        ----------
+        intorder : int, optional
+            As of `basis`.
+
         Raises
         ------
         TypeError, ValueError
@@ -300,7 +305,7 @@ def _dual_partition(corners: Corners) -> Partition:
     """The dual cells of a mesh that satisfies `dual_conditions`."""
     mesh = corners.mesh
     n, m = mesh.p.shape[1], mesh.nelements
-    boundary = np.nonzero(mesh.f2t[1] == -1)[0]
+    boundary = mesh.boundary_facets()
     starts = np.nonzero(corners.twin == -1)[0]  # corner that starts each boundary facet
     starts = starts[np.argsort(corners.facet[starts])]
     onset = corners.node[starts]  # first node of each boundary facet, domain to the left

@@ -100,7 +100,7 @@ def maximal_couple(mesh: MeshTri | DualMesh) -> GridCouple:
     along = [(middle[:, k] - corner).T.copy().view(complex)[:, 0] for k in (onward, back)]
     half = np.angle(along[0] / along[1]) % (2 * np.pi) / 2
     bisector = along[0] / np.abs(along[0]) * np.exp(-1j * half)
-    facet = np.nonzero(mesh.f2t[1] == -1)[0]
+    facet = mesh.boundary_facets()
     rib = middle - dual.p[:, mesh.f2t[0, facet]]
     inside = mesh.p[:, dual.f2c[0, halves]]
     length = np.ones(nb)

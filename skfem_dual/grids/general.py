@@ -68,7 +68,7 @@ def general_triangulation(
         corners = Corners(mesh)
         require(triangulation_conditions(corners))
     n, m = mesh.p.shape[1], mesh.nelements
-    boundary = np.nonzero(mesh.f2t[1] == -1)[0]
+    boundary = mesh.boundary_facets()
     p = np.hstack([mesh.p, corners.barycentres, mesh.p[:, mesh.facets[:, boundary]].mean(axis=1)])
     middle = np.full(mesh.nfacets, -1)
     middle[boundary] = n + m + np.arange(len(boundary))

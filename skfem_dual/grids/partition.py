@@ -91,6 +91,16 @@ class Partition(ReadOnly):
         return self.polygons.centroids
 
     @computed_once
+    def centre(self) -> ndarray:
+        """Centroid of all cells together, shape (2,)."""
+        return self.centroids @ self.areas / self.areas.sum()
+
+    @computed_once
+    def extent(self) -> float:
+        """The longer side of the rectangle along the axes around all cells."""
+        return float(np.ptp(self.polygons.p, axis=1).max())
+
+    @computed_once
     def neighbours(self) -> ndarray:
         """Pairs of cells with a rib between them, shape (2, k)."""
         return readonly(self.f2c[:, self.f2c[1] >= 0])

@@ -68,7 +68,7 @@ class MeshQuality(ReadOnly):
         A cell is star-shaped about a point if its ribs run counter-clockwise around the point.
         """
         mesh = self.mesh
-        (a, b), boundary = mesh.facets, np.nonzero(mesh.f2t[1] == -1)[0]
+        (a, b), boundary = mesh.facets, mesh.boundary_facets()
         pa, pb = mesh.p[:, a], mesh.p[:, b]
         ends = mesh.p[:, mesh.t].mean(axis=1)[:, mesh.f2t]
         middle = (pa + pb)[:, boundary] / 2

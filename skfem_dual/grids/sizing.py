@@ -346,7 +346,7 @@ def _inside(points: ndarray, loops: ndarray) -> MeshTri:
         raise MeshError("no triangles are left, all are flat")
     mesh = numbered(MeshTri(points, t))
     along = np.sort([start, end], axis=0)
-    edge = mesh.facets[:, mesh.f2t[1] == -1]
+    edge = mesh.facets[:, mesh.boundary_facets()]
     if not np.array_equal(edge, along[:, np.lexsort(along[::-1])]):
         raise MeshError("facets on the boundary are lost")
     if not np.bincount(t.ravel(), minlength=points.shape[1]).all():
@@ -362,7 +362,7 @@ def _boundary(loops: ndarray) -> ndarray:
 
 
 def _tagged(mesh: MeshTri, loops: ndarray) -> MeshTri:
-    facets = np.nonzero(mesh.f2t[1] == -1)[0]
+    facets = mesh.boundary_facets()
     loop = np.searchsorted(loops, mesh.facets[0, facets], side="right") - 1
     holes = len(loops) - 2
     names = ["edge", *(["hole"] if holes == 1 else [f"hole{i}" for i in range(holes)])]

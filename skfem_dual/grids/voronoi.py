@@ -95,7 +95,7 @@ def _voronoi(mesh: MeshTri, clip: ndarray | None) -> tuple[ndarray, ndarray, nda
     is the circumcentre of each triangle, -1 if it was clipped away.
     """
     corners = Corners(mesh)
-    hull = np.nonzero(mesh.f2t[1] == -1)[0]
+    hull = mesh.boundary_facets()
     starts = np.nonzero(corners.twin == -1)[0]
     starts = starts[np.argsort(corners.facet[starts])]
     onset = corners.node[starts]  # first node of each facet of the hull, domain to the left

@@ -51,6 +51,16 @@ def read_dual(path: PathLike) -> DualMesh:
 
     Three cells meet in the barycentre of every triangle and name its nodes.
 
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    DualMesh
+        On a mesh without tags.
+
     Raises
     ------
     FileNotFoundError
@@ -109,6 +119,13 @@ def write_solution(path: PathLike, *solutions: PunchSolution | ElasticSolution) 
     in the coordinates of the file, with the law inside the cells. Times the areas of the cells,
     which is what "Integrate Variables" of ParaView sums up, they are the force and the first
     moments to rounding. The pressure times the coordinates of centroids is not.
+
+    Parameters
+    ----------
+    path : path
+        The file, ending in ``.vtu``.
+    *solutions : PunchSolution or ElasticSolution
+        One of a rigid punch, or those of neighbours.
 
     Raises
     ------
@@ -250,6 +267,11 @@ def blocks_of(polygons: Polygons) -> Iterator[tuple[ndarray, ndarray]]:
 
 def read_polygons(path: PathLike) -> tuple[Polygons, dict[str, ndarray], dict[str, ndarray]]:
     """Read what `write_polygons` wrote.
+
+    Parameters
+    ----------
+    path : path
+        The file.
 
     Returns
     -------

@@ -15,6 +15,8 @@ PRODUCTS = 20
 #: bytes a cell takes before its operator, for mesh, dual grid and law of the edge; and after it,
 #: for an approximate inverse and iterations
 BEFORE, AFTER = 415.0, 270.0
+#: bytes of an entry of a dense matrix and of its factors
+ENTRY = 16.0
 #: remedy where fewer of the cells would fit
 FEWER = "at most {most} cells, or a machine with more memory"
 #: bytes of matrices that are made without asking

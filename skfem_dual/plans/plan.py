@@ -181,7 +181,25 @@ class Plan(ReadOnly):
     ) -> "Plan":
         """Plan from a file: CSV, WKT, GeoJSON or DXF, by its name.
 
-        Parameters, errors and warnings are those of `plans.read.read_plan`.
+        Parameters
+        ----------
+        path : path
+            The file; `plans.read.read_plan` says what each kind holds.
+        layer : str, optional
+            The layer of a drawing; needed if it has shapes on several.
+        tol : float, optional
+            Distance within which ends of lines and arcs of a drawing join, by default 1e-6 of its
+            extent.
+
+        Returns
+        -------
+        Plan
+            In the units of the file; `Plan.scaled` changes them.
+
+        Raises
+        ------
+        FileNotFoundError, TypeError, ValueError, ImportError, MeshError
+            As `plans.read.read_plan`, which says of what it warns, too.
         """
         from .read import read_plan
 

@@ -18,7 +18,8 @@ from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..messages import place
-from ..operators.resources import whole
+from ..operators.influence_operator import RTOL
+from ..operators.resources import ENTRY, whole
 from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
 
@@ -41,10 +42,6 @@ HALVED = 0.5
 LONGEST_STEP = 0.95
 #: share of the accuracy asked for that the next mesh aims at
 AIM = 0.7
-#: bytes of an entry of a dense matrix and of its factors
-ENTRY = 16.0
-#: accuracy of operators that are not dense
-RTOL = 1e-6
 #: cells grow with this power of the length of the facets, and seconds with that of the cells
 GROWTH, SLOWER = 1.5, 1.7
 #: meshes tried at most
@@ -192,18 +189,20 @@ class Problem:
         TimeoutError
             If that has many cells and takes longer than the time limit, or than a minute without
             one: a solution takes about as long as its mesh.
+        ValueError, MeshError
+            If a load cannot be carried, or no mesh of the outline is found.
         """
         for load in self.loads:
             if fault := self.fault(load):
                 raise ValueError(fault)
         size = FIRST * 2 * self.plan.area / sum(ring.length for ring in self.plan.rings)
-        for coarser in LARGEST_STEP ** np.arange(TRIES):
+        for shrink in LARGEST_STEP ** np.arange(TRIES):
             begin = perf_counter()
-            self._require_not_slender(coarser * size)
+            self._require_not_slender(shrink * size)
             try:
-                mesh = self.mesh(coarser * size)
+                mesh = self.mesh(shrink * size)
                 self._require_time(mesh, 2 * (perf_counter() - begin))
-                return self.on(mesh, coarser * size, begin)
+                return self.on(mesh, shrink * size, begin)
             except ValueError as error:  # the outline, or a load near its edge, takes finer ones
                 trouble = error
         raise trouble

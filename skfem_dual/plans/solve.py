@@ -79,8 +79,8 @@ def solve_plan(
         plan, over the settlement under the force; under moments whose resultant is off the
         plan, over the largest settlement.
     time_limit : float, optional
-        Seconds within which no mesh is begun that would not be ready; the coarsest is begun
-        anyway, if it has no more than about a thousand cells.
+        No mesh is begun that is expected to be solved on only after so many seconds; the coarsest
+        is tried in any case, if it has no more than about a thousand cells.
     memory : float, optional
         Bytes that finer meshes may use, by default what the system has.
     unilateral : bool

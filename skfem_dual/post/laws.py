@@ -43,7 +43,7 @@ class Law:
         """Pressure at the nodes of the general triangulation, means of the cells that meet there;
         zero on the singular edge."""
         mesh = couple.dual.mesh
-        n, m, ends = mesh.p.shape[1], mesh.nelements, np.nonzero(mesh.f2t[1] == -1)[0]
+        n, m, ends = mesh.p.shape[1], mesh.nelements, mesh.boundary_facets()
         nodes, triangles, middles = np.arange(n), np.arange(m), n + m + np.arange(len(ends))
         if self.cells.on_dual_cells:
             where = nodes, np.tile(n + triangles, 3), np.tile(middles, 2)

@@ -231,7 +231,7 @@ def _kept(
     lifted, n = _lifted(couple, solutions), len(couple.dual)
     # a middle of a facet on the boundary lies between two nodes
     mesh = couple.dual.mesh
-    middles = lifted[mesh.facets[:, mesh.f2t[1] == -1]].all(axis=0)
+    middles = lifted[mesh.facets[:, mesh.boundary_facets()]].all(axis=0)
     parts = lifted[:n], lifted[n:], np.append(lifted, middles)
     first, second, field = (
         np.where(zero, 0.0, _signed(values, solutions))
@@ -262,7 +262,7 @@ def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
         if weights is not None:
             return weights.facets
     mesh = solutions[0].punch.basis.dual.mesh
-    return np.nonzero(mesh.f2t[1] == -1)[0]
+    return mesh.boundary_facets()
 
 
 def _lifted(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:

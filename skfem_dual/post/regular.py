@@ -100,7 +100,7 @@ class RegularCouple:
         """Whether each node of the general triangulation lies on the singular edge."""
         on_edge = np.zeros(self.general.p.shape[1], dtype=bool)
         on_edge[self.dual.mesh.facets[:, self.singular]] = True
-        boundary = np.nonzero(self.dual.mesh.f2t[1] == -1)[0]
+        boundary = self.dual.mesh.boundary_facets()
         on_edge[self.x.shape[1] :] = np.isin(boundary, self.singular)
         return on_edge
 
@@ -193,7 +193,7 @@ class RegularCouple:
         total, known = self.general.p.shape[1], self.x.shape[1]
         mesh = self.dual.mesh
         middles = np.arange(known, total)
-        ends = mesh.facets[:, mesh.f2t[1] == -1]
+        ends = mesh.facets[:, mesh.boundary_facets()]
         rows = np.concatenate([np.arange(known), np.tile(middles, 2)])
         columns = np.concatenate([np.arange(known), ends.ravel()])
         share = np.concatenate([np.ones(known), np.full(ends.size, 0.5)])

@@ -125,7 +125,7 @@ def joined_field(
     F, G = np.asarray(F, dtype=float), np.asarray(G, dtype=float)
     if isinstance(grids, DualMesh):
         mesh = grids.mesh
-        ends = mesh.facets[:, mesh.f2t[1] == -1]
+        ends = mesh.facets[:, mesh.boundary_facets()]
         values = np.concatenate([F, G, F[ends].mean(axis=0)])
         return CellBasis(general_triangulation(grids), ElementTriP1()), values
     cells, node = grids.a.polygons, grids.node_in_a

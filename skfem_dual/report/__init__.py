@@ -16,7 +16,7 @@ from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.group_solution import PunchesSolution
 from ..solutions.punch_solution import PunchSolution
 from .bearing import points_section
-from .bodies import Body, bodies_of
+from .bodies import ReportedBody, bodies_of
 from .cases import bearing_of_bodies, cases_sections
 from .checks import Solved, error_section, resultant_section, solver_section, warnings_of
 from .data import plain, report_data
@@ -89,6 +89,13 @@ def write_data(path: PathLike, data: Mapping[str, Any]) -> None:
 
     Numbers that are not finite become ``null``.
 
+    Parameters
+    ----------
+    path : path
+        The file.
+    data : mapping
+        By names, of what JSON knows, and of arrays.
+
     Raises
     ------
     TypeError
@@ -111,7 +118,7 @@ def _details(details: Details | None = None, **said: Any) -> Details:
     return replace(given, **said)
 
 
-def _bodies(solution: Reported, details: Details) -> list[Body]:
+def _bodies(solution: Reported, details: Details) -> list[ReportedBody]:
     remedy = "several bodies or cases by their names, dict(left=first, right=second)"
     checked_instance("solution", solution, KINDS, "" if isinstance(solution, type) else remedy)
     return bodies_of(solution, details)
@@ -185,7 +192,7 @@ def report_html(solution: Reported, *, details: Details | None = None, **said: A
     return page(failed + title, f"{subtitle} · skfem_dual {__version__}", joined(parts))
 
 
-def _failure(bodies: list[Body]) -> str:
+def _failure(bodies: list[ReportedBody]) -> str:
     """What heads a page some of whose cases failed: all by loads without equilibrium, or others
     by iterations, which leave a solution."""
     failed = [

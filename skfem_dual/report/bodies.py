@@ -17,12 +17,12 @@ from .details import Details
 from .footing import Between, Footing, require_points_on
 from .structures import Structure
 
-Body = Footing | Structure
+ReportedBody = Footing | Structure
 #: distance of centroids over the extent of a body up to which they are in the same place
 SAME = 1e-9
 
 
-def bodies_of(solution: Any, details: Details) -> list[Body]:
+def bodies_of(solution: Any, details: Details) -> list[ReportedBody]:
     """The bodies of a report: one without a name, or several by their names.
 
     Solutions of one and the same body are its cases, also within a mapping of bodies.
@@ -116,7 +116,7 @@ def _content(punch: Any) -> list[Any]:
     return content
 
 
-def _body(name: str, found: Any, details: Details) -> Body:
+def _body(name: str, found: Any, details: Details) -> ReportedBody:
     kinds = PunchSolution, CasesSolution, ElasticSolution, Mapping
     checked_instance(f"footing {name!r}", found, kinds)
     if isinstance(found, ElasticSolution):
@@ -141,7 +141,7 @@ def _body(name: str, found: Any, details: Details) -> Body:
     return Footing(name, cases, details)
 
 
-def between(bodies: Sequence[Body]) -> list[Between]:
+def between(bodies: Sequence[ReportedBody]) -> list[Between]:
     """The differences of all pairs of bodies with centroids apart, in common cases."""
     found = []
     for a, b in combinations(bodies, 2):

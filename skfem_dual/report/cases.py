@@ -8,7 +8,7 @@ import numpy as np
 from ..contact.load import Share
 from ..messages import listed
 from .bearing import Borne, bearing_section, differences_section, points_section
-from .bodies import Body, between
+from .bodies import ReportedBody, between
 from .checks import (
     ROUNDING,
     Solved,
@@ -36,7 +36,7 @@ from .page import (
     one_to,
     paragraph,
     percent,
-    place,
+    placed,
     section,
     short_list,
     symbol,
@@ -65,7 +65,7 @@ CALLED = {
 }
 
 
-def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list[Html]:
+def cases_sections(bodies: Sequence[ReportedBody], mesh_name: str, version: str) -> list[Html]:
     """All of a report but its head."""
     footings = [body for body in bodies if isinstance(body, Footing)]
     structures = [body for body in bodies if isinstance(body, Structure)]
@@ -111,7 +111,7 @@ def cases_sections(bodies: Sequence[Body], mesh_name: str, version: str) -> list
     return parts
 
 
-def bearing_of_bodies(bodies: Sequence[Body]) -> Html:
+def bearing_of_bodies(bodies: Sequence[ReportedBody]) -> Html:
     """Of each footing and structure in each case."""
     borne = [
         Borne(body.called(name), mean, largest, success)
@@ -123,7 +123,7 @@ def bearing_of_bodies(bodies: Sequence[Body]) -> Html:
     return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)
 
 
-def _notices(bodies: Sequence[Body]) -> Html:
+def _notices(bodies: Sequence[ReportedBody]) -> Html:
     shown: list[Html] = []
     told: list[str] = []
     for body in bodies:
@@ -139,7 +139,7 @@ def _notices(bodies: Sequence[Body]) -> Html:
     return joined(shown)
 
 
-def _cautions(body: Body) -> list[Html]:
+def _cautions(body: ReportedBody) -> list[Html]:
     """What a reader must know of cases that were found: the first, and how many others."""
     found: dict[str, list[tuple[str, tuple[Any, ...]]]] = {}
     for name, plan, ok in zip(body.names, body.standings, body.success, strict=True):
@@ -163,7 +163,7 @@ def _cautions(body: Body) -> list[Html]:
     return shown
 
 
-def _in_short(bodies: Sequence[Body], pairs: Sequence[Between]) -> Html:
+def _in_short(bodies: Sequence[ReportedBody], pairs: Sequence[Between]) -> Html:
     """The envelope of all bodies."""
     items: list[tuple[str, Any]] = []
     for quantity, called in CALLED.items():
@@ -192,7 +192,7 @@ def _in_short(bodies: Sequence[Body], pairs: Sequence[Between]) -> Html:
     return short_list(items)
 
 
-def _value(quantity: str, value: float, body: Body) -> Html:
+def _value(quantity: str, value: float, body: ReportedBody) -> Html:
     units = body.details.units
     if quantity == "contact_share":
         return percent(value)
@@ -202,7 +202,7 @@ def _value(quantity: str, value: float, body: Body) -> Html:
     return read(value, units.pressure if pressure else units.displacement)
 
 
-def _input(bodies: Sequence[Body], mesh_name: str) -> Html:
+def _input(bodies: Sequence[ReportedBody], mesh_name: str) -> Html:
     units = bodies[0].details.units
     parts: list[Html] = []
     for footing in bodies:
@@ -221,7 +221,7 @@ def _input(bodies: Sequence[Body], mesh_name: str) -> Html:
             *extent_rows(standing),
             (
                 "Origin of settlement and moments",
-                place(punch.origin, standing.size),
+                placed(punch.origin, standing.size),
                 symbol(units.length),
             ),
         ]
@@ -253,7 +253,7 @@ def _loads(footing: Footing) -> Html:
         force = DASH if load.force is None else amount(load.force, units.force)
         m1, m2 = load.moments or (0.0, 0.0)
         at = np.array(load.at or (0.0, 0.0)) + origin
-        where = joined([place(at, size)]) if load.tilt is None else DASH
+        where = joined([placed(at, size)]) if load.tilt is None else DASH
         moments = (amount(m, units.moment) if m else "0" for m in (m2, -m1))
         moved = [DASH if load.settlement is None else amount(load.settlement, units.displacement)]
         tilted = [DASH] * 2 if load.tilt is None else [amount(t, units.slope) for t in load.tilt]
@@ -329,7 +329,7 @@ def _resultants(footings: Sequence[Footing]) -> Html:
         rows += [
             (
                 footing.called(_shown(footing, k)),
-                place(footing.resultants[:, k], size),
+                placed(footing.resultants[:, k], size),
                 *(coordinate(e, size) for e in eccentric[:, k]),
                 number(footing.edge_distance[k]),
                 *("∞" if reserve[k] == np.inf else number(reserve[k], 3) for reserve in reserves),
@@ -349,7 +349,7 @@ def _resultants(footings: Sequence[Footing]) -> Html:
     )
 
 
-def _envelope(bodies: Sequence[Body]) -> Html:
+def _envelope(bodies: Sequence[ReportedBody]) -> Html:
     rows = []
     for body in bodies:
         for extreme in body.extremes:
@@ -360,7 +360,7 @@ def _envelope(bodies: Sequence[Body]) -> Html:
     )
 
 
-def _balance(bodies: Sequence[Body]) -> Html:
+def _balance(bodies: Sequence[ReportedBody]) -> Html:
     """Loads and pressures of each body in each case."""
     units, rows = bodies[0].details.units, []
     force, moment = units.force.symbol, units.moment.symbol

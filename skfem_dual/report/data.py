@@ -14,7 +14,7 @@ from ..ground.layered import LayeredHalfSpace
 from ..ground.substrates import Substrate
 from ..io import CaseRow
 from ..solutions.pressures import CellPressures
-from .bodies import Body, between
+from .bodies import ReportedBody, between
 from .depth import below, governing_solution
 from .details import Details
 from .footing import Footing
@@ -46,7 +46,7 @@ FOUND = (
 )
 
 
-def report_data(bodies: Sequence[Body]) -> dict[str, Any]:
+def report_data(bodies: Sequence[ReportedBody]) -> dict[str, Any]:
     """What the page of the same bodies shows, as numbers, text, lists and dictionaries; without
     the strength at the edge, which `edge_coefficient` has.
 
@@ -153,7 +153,7 @@ def _footing(footing: Footing) -> dict[str, Any]:
     )
 
 
-def _plan(body: Body) -> dict[str, Any]:
+def _plan(body: ReportedBody) -> dict[str, Any]:
     """What is told of every body."""
     footprint = body.plan
     # shaped punches are solved again where pressures reach the edge of the plan
@@ -178,7 +178,7 @@ def _plan(body: Body) -> dict[str, Any]:
     }
 
 
-def _profile(body: Body, solution: CellPressures | None) -> dict[str, Any] | None:
+def _profile(body: ReportedBody, solution: CellPressures | None) -> dict[str, Any] | None:
     """The ground below it in its governing case."""
     found = below(solution, body.details.profile)
     return found and {
@@ -249,7 +249,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
     }
 
 
-def _pressed(body: Body, k: int, solution: CellPressures) -> dict[str, Any]:
+def _pressed(body: ReportedBody, k: int, solution: CellPressures) -> dict[str, Any]:
     """What is told of every body in a case with a solution."""
     mean, largest = body.utilisation[:, k]
     return {

@@ -21,7 +21,7 @@ from .page import (
     joined,
     number,
     percent,
-    place,
+    placed,
     section,
     table,
     titled,
@@ -79,7 +79,7 @@ def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
         return None
     if at is None:
         at = tuple(footprint.centre.tolist())
-    extent = float(np.ptp(footprint.partition.polygons.p, axis=1).max())
+    extent = footprint.partition.extent
     interfaces = ground.strata.interfaces
     lowest = min(DEPTHS[-1] * extent, interfaces[-1])
     inside = interfaces[interfaces < lowest]
@@ -132,8 +132,8 @@ def depth_section(
         )
         for top, end, part in zip(bounds, bounds[1:], found.parts, strict=False)
     ]
-    extent = float(np.ptp(solution.footprint.partition.polygons.p, axis=1).max())
-    where = joined(["below the point ", place(profile.x, extent)])
+    extent = solution.footprint.partition.extent
+    where = joined(["below the point ", placed(profile.x, extent)])
     plain = "below the centroid of the plan" if details.profile is None else "at depth"
     return section(
         titled("Stress with depth", name),

@@ -28,7 +28,7 @@ from .page import (
     number,
     pair,
     paragraph,
-    place,
+    placed,
     section,
     small,
     symbol,
@@ -50,7 +50,7 @@ def input_section(solution: PunchSolution, standing: Standing, mesh_name: str) -
         ("Collocation points", points[punch.collocation], NONE),
         *extent_rows(standing),
         ("Shape of the punch", shape_of(punch.gap), NONE),
-        ("Origin of settlement and moments", place(punch.origin, size), symbol(units.length)),
+        ("Origin of settlement and moments", placed(punch.origin, size), symbol(units.length)),
     ]
     if solution.others:
         rows.append(("Neighbouring punches on the same ground", str(len(solution.others)), NONE))
@@ -93,7 +93,7 @@ def extent_rows(plan: LoadedPlan) -> list[tuple]:
         ("Extent of the plan, x", _range(low[0], high[0], size), length),
         ("Extent of the plan, y", _range(low[1], high[1], size), length),
         ("Area of the plan", number(plan.plan_area), area),
-        ("Centroid of the plan", place(plan.solution.punch.centre, size), length),
+        ("Centroid of the plan", placed(plan.solution.punch.centre, size), length),
     ]
 
 
@@ -143,7 +143,7 @@ def _load_rows(solution: PunchSolution, standing: Standing) -> list[tuple]:
         tilt = units.slope.factor * np.array(load.tilt)
         rows.append(("Tilt (Lx, Ly), imposed", pair(tilt), symbol(units.slope)))
     else:
-        at = place(load.at or (0.0, 0.0), standing.size)
+        at = placed(load.at or (0.0, 0.0), standing.size)
         rows.append((f"acting at, from {origin}", at, symbol(units.length)))
     if load.moments is not None:
         m1, m2 = load.moments

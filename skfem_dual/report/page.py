@@ -132,7 +132,7 @@ def coordinate(value: float, size: float) -> Html:
     return number(value, 5 + max(0, int(np.floor(np.log10(abs(value) / size)))))
 
 
-def place(x: Sequence[float] | ndarray, size: float) -> Html:
+def placed(x: Sequence[float] | ndarray, size: float) -> Html:
     """The point with two such coordinates."""
     return Html(f"({coordinate(x[0], size)}, {coordinate(x[1], size)})")
 

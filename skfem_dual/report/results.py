@@ -23,7 +23,7 @@ from .page import (
     one_to,
     paragraph,
     percent,
-    place,
+    placed,
     section,
     short_list,
     small,
@@ -117,7 +117,7 @@ def read(value: float, unit: Unit) -> Html:
 
 def value_at(value: float, x: ndarray, plan: LoadedPlan) -> Html:
     """A settlement and its place."""
-    return joined([amount(value, plan.units.displacement), " at ", place(x, plan.size)])
+    return joined([amount(value, plan.units.displacement), " at ", placed(x, plan.size)])
 
 
 def in_words(plan: LoadedPlan) -> str:
@@ -150,14 +150,14 @@ def pressure_section(solution: CellPressures, plan: LoadedPlan) -> Html:
         ("Mean pressure on the contact area", amount(mean, unit), symbol(unit)),
         ("Largest mean pressure on a circle", amount(away, unit), symbol(unit)),
         ("Largest mean pressure of a cell", amount(p[most], unit), symbol(unit)),
-        ("in the cell around", place(places[:, most], plan.size), length),
+        ("in the cell around", placed(places[:, most], plan.size), length),
         ("Smallest mean pressure of a cell", amount(p[least], unit), symbol(unit)),
     ]
     if punch.weights is not None:
         edge = solution.edge_coefficient()
         k = int(np.argmax(edge.values))
         strength = amount(edge.values[k], plan.units.strength)
-        there = joined([strength, " at ", place(edge.x[:, k], plan.size)])
+        there = joined([strength, " at ", placed(edge.x[:, k], plan.size)])
         rows.append(("Largest strength at the edge", there, symbol(plan.units.strength)))
     notes = []
     if sharp:
@@ -198,7 +198,7 @@ def standing_section(standing: Standing, wanted: Mapping[str, ndarray]) -> Html:
         rows.append(("Resultant", "no force into the ground that would act in a point", NONE))
     else:
         rows.append(
-            ("The resultant acts at", place(point, standing.size), symbol(standing.units.length))
+            ("The resultant acts at", placed(point, standing.size), symbol(standing.units.length))
         )
     if standing.kern is None:
         rows.append(("Kern", standing.no_kern, NONE))

@@ -32,7 +32,7 @@ from .page import (
     number,
     paragraph,
     percent,
-    place,
+    placed,
     section,
     short_list,
     small,
@@ -175,7 +175,7 @@ def moments_section(
         middles = mesh.p[:, mesh.t if own is None else mesh.t[:, own]].mean(axis=1)
         for name, m in zip(("mx", "my", "mxy"), plate.moments(solution), strict=True):
             ends = int(np.argmin(m)), int(np.argmax(m))
-            shown = (cell for i in ends for cell in (number(m[i], 4), place(middles[:, i], size)))
+            shown = (cell for i in ends for cell in (number(m[i], 4), placed(middles[:, i], size)))
             rows.append((f"{case}: {name}", *shown))
     return section(
         titled("Bending moments", body),
@@ -214,7 +214,7 @@ def columns_table(name: str, rows: Sequence[CaseRow], plan: LoadedPlan) -> Html:
         "Case": [row.name for row in rows],
         f"Force [{units.force.symbol}]": [amount(row.force, units.force) for row in rows],
         f"acting at [{length}]": [
-            place(np.array(row.point(tuple(plan.origin.tolist()))), size)
+            placed(np.array(row.point(tuple(plan.origin.tolist()))), size)
             if row.force or any(row.moments)
             else DASH
             for row in rows
@@ -337,14 +337,14 @@ def _balance(solution: ElasticSolution, plan: LoadedPlan) -> Html:
         )
     ]
     if plan.force_point is not None:
-        rows.append(("acting at", place(plan.force_point, plan.size), symbol(plan.units.length)))
+        rows.append(("acting at", placed(plan.force_point, plan.size), symbol(plan.units.length)))
     imposed = imposed_on(solution)
     if np.isfinite(imposed[0]):
         loads = amount(imposed[0], plan.units.force, 7)
         rows.append(("Resultant of the loads", loads, symbol(plan.units.force)))
         if plan.force_point is not None and np.isfinite(imposed).all():
             at = plan.origin + imposed[1:] / imposed[0]
-            rows.append(("acting at", place(at, plan.size), symbol(plan.units.length)))
+            rows.append(("acting at", placed(at, plan.size), symbol(plan.units.length)))
     if len(held):
         largest = np.abs(solution.reactions).max()
         scale = max(np.abs(solution.f).max(), np.finfo(float).tiny)

@@ -25,7 +25,7 @@ from .page import (
     amount,
     coordinate,
     percent,
-    place,
+    placed,
     section,
     table,
     titled,
@@ -203,7 +203,7 @@ def deflections_section(body: Structure) -> Html:
         (
             name if plan.solution.success else f"{name} (NO SOLUTION)",
             amount(plan.force, units.force),
-            place(np.full(2, np.nan) if plan.force_point is None else plan.force_point, size),
+            placed(np.full(2, np.nan) if plan.force_point is None else plan.force_point, size),
             amount(least, sink, 4),
             amount(most, sink, 4),
             amount(gap, sink, 4),

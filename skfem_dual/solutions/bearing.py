@@ -70,8 +70,8 @@ class Circles(ReadOnly):
         x = np.hstack([partition.centroids, _inside(partition, ribs, radius)])
         x = x[:, distance_to_segments(x, a, b) >= (1 - 1e-6) * radius]
         arms, weights = _points_of_a_circle()
-        centre = partition.centroids @ partition.areas / partition.areas.sum()
-        points = (x[:, :, None] + radius * _turned(arms, x - centre[:, None])).reshape(2, -1)
+        off = x - partition.centre[:, None]
+        points = (x[:, :, None] + radius * _turned(arms, off)).reshape(2, -1)
         inside, cell, factor = footprint.pressure_factors(points)
         circle = np.repeat(np.arange(x.shape[1]), len(weights))[inside]
         share, n = factor * np.tile(weights, x.shape[1])[inside], len(partition)
@@ -154,14 +154,14 @@ def bearing_pressure(solution: CellPressures) -> float:
     """Largest mean pressure on a circle, to compare with an allowable pressure.
 
     Under the sharp edge of a rigid body the pressure of elastic ground grows beyond all bounds,
-    and the largest pressure of a cell depends on its size. The mean on a circle hardly does, but
-    on layers thinner than the cells, where they take smaller ones to be right to percents, and on
-    plans with arcs on few cells: 7 % too high under a stadium of 60 dual cells, 4 to 15 % under
-    rings of 60, 1 % under those of 130 and more. Of all
-    circles in the plan whose radius is a fifth of that of the largest one, that with the largest
-    mean is taken; it may touch the edge. Where contact has become narrower than the circle the
-    mean on it tells nothing: it is never less than the force over the area in contact. Circles
-    stay within a period of the ground: where it is cut decides on the mean.
+    and the largest pressure of a cell depends on its size. The mean on a circle hardly depends on
+    it, except on layers thinner than the cells, where percents need smaller cells, and on arcs
+    meshed with few cells: it is 7 % too high under a stadium of 60 dual cells, 4 to 15 % under
+    rings of 60, 1 % under those of 130 and more. Of all circles in the plan whose radius is a
+    fifth of that of the largest one, that with the largest mean is taken; it may touch the edge.
+    Where contact has become narrower than the circle the mean on it tells nothing: the answer is
+    never less than the force over the area in contact. On periodic ground circles stay within one
+    period, so the answer depends on where that begins.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class Bounds(ReadOnly):
     of shaped punches those with a line of contact count more, and without one errors are known
     to no less than the part of a cell. On thin bonded layers, where solutions on both grids err
     alike, they are wider by what the growth of the compliance with the wave number tells of the
-    error. Inclinations differ by the length of the vector.
+    error. Differences of tilt are measured by the length of the vector.
     `benchmarks/bounds.py` counts how often the bounds of flat punches hold.
     """
 

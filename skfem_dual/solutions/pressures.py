@@ -376,7 +376,7 @@ class CellPressures(ReadOnly):
         """Those before the outcome."""
         p, e = self.pressure, self.centre_of_pressure
         where = "at no point"
-        size = np.ptp(self.footprint.partition.polygons.p, axis=1).max()
+        size = self.footprint.partition.extent
         if not np.isnan(e).any():
             e = np.where(np.abs(e) <= ROUNDING * size, 0.0, e)
             where = f"({e[0]:.4g}, {e[1]:.4g})"

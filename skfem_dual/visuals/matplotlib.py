@@ -224,7 +224,7 @@ def isobars(
     levels : int or sequence of float, optional
         The values of the isobars, or about how many. By default about eight round numbers in
         equal steps, zero among them where the sign changes; of a solution with a singular edge
-        such as part the area about equally.
+        round numbers that divide the area about equally.
     title : str, optional
         Quantity and unit, beside the scalar bar; big numbers get a common factor there.
     labels : bool

@@ -9,7 +9,7 @@ from numpy import ndarray
 
 from ..plans.plan import Plan
 from ..plans.rings import SMOOTH, Ring
-from .axes import checked_axes, prepared
+from .axes import prepared
 from .offscreen import one_at_a_time
 from .style import OUTLINE
 
@@ -26,7 +26,7 @@ NUMBERED = 40
 def draw_plan(plan: Plan, ax: Axes | None = None) -> Axes:
     """The plan to scale, its corners numbered, and its centroid; see `Plan.plot`."""
     lines = [_line(ring) for ring in plan.rings]
-    ax = prepared(checked_axes(ax), np.hstack(lines))
+    ax = prepared(ax, np.hstack(lines))
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 

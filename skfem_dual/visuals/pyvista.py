@@ -44,7 +44,7 @@ from .style import (
     CONTACT,
     OUTLINE,
     SEPARATED,
-    Layer,
+    DrawnLayer,
     band_colors,
     checked_style,
     fineness,
@@ -218,7 +218,7 @@ def isobars(
     levels : int or sequence of float, optional
         The values of the isobars, or about how many. By default about eight round numbers in
         equal steps, zero among them where the sign changes; of a solution with a singular edge
-        such as part the area about equally.
+        round numbers that divide the area about equally.
     title : str, optional
         Quantity and unit, above the scalar bar; big numbers get a common factor there.
     labels : bool
@@ -325,7 +325,7 @@ def _bands(field: Field, levels: ndarray) -> pyvista.PolyData:
     return bands
 
 
-def _legend(plotter: Any, drawn: list[Layer]) -> None:
+def _legend(plotter: Any, drawn: list[DrawnLayer]) -> None:
     """The names of the layers to the right of them."""
     low, high = drawn[0].p.min(axis=1), drawn[0].p.max(axis=1)
     unit = (high - low).max() / PLAN

@@ -29,7 +29,7 @@ MISSING = "{} is needed to draw. Remedy: pip install 'skfem-dual[visuals]'"
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class DrawnLayer:
     """Lines, or points if ``facets`` is None, of one colour with one entry in the legend."""
 
     label: str
@@ -41,7 +41,7 @@ class Layer:
 
 def layers(
     grid: Mesh2D | DualMesh | GridCouple, nodes: bool, report: MeshReport | None = None
-) -> Iterator[Layer]:
+) -> Iterator[DrawnLayer]:
     """What a mesh or a couple of grids is drawn with, from the lowest layer to the highest.
 
     Raises
@@ -66,50 +66,52 @@ def layers(
     require(array_conditions(mesh))
     fine = fineness(mesh.nelements)
     kind = "triangulation" if mesh.elem.refdom.nnodes == 3 else "grid"
-    yield Layer(
+    yield DrawnLayer(
         kind, mesh.p, mesh.facets[:, mesh.f2t[1] != -1], PRIMAL if dual else OUTLINE, 1.2 * fine
     )
     if dual:
-        yield Layer("dual grid", dual.p, dual.facets[:, dual.corresponded >= 0], DUAL, 2 * fine)
-    yield Layer("boundary", mesh.p, mesh.facets[:, mesh.f2t[1] == -1], OUTLINE, 2.4)
+        yield DrawnLayer(
+            "dual grid", dual.p, dual.facets[:, dual.corresponded >= 0], DUAL, 2 * fine
+        )
+    yield DrawnLayer("boundary", mesh.p, mesh.facets[:, mesh.boundary_facets()], OUTLINE, 2.4)
     if nodes:
-        yield Layer(f"nodes of the {kind}", mesh.p, None, OUTLINE, 8 * fine)
+        yield DrawnLayer(f"nodes of the {kind}", mesh.p, None, OUTLINE, 8 * fine)
     if nodes and dual:
-        yield Layer("nodes of the dual grid", dual.p, None, DUAL, 6 * fine)
+        yield DrawnLayer("nodes of the dual grid", dual.p, None, DUAL, 6 * fine)
     for condition in report.violated if report else ():
         yield from _fault_layers(mesh, condition)
 
 
-def _fault_layers(mesh: Mesh2D, condition: Condition) -> Iterator[Layer]:
+def _fault_layers(mesh: Mesh2D, condition: Condition) -> Iterator[DrawnLayer]:
     """Where a condition is violated."""
     label, offenders = f"{condition.entity}s at fault", condition.offending
     if condition.entity == "node":
-        yield Layer(label, mesh.p[:, offenders], None, FAULT, 10)
+        yield DrawnLayer(label, mesh.p[:, offenders], None, FAULT, 10)
     elif condition.entity == "facet":
-        yield Layer(label, mesh.p, mesh.facets[:, offenders], FAULT, 5)
+        yield DrawnLayer(label, mesh.p, mesh.facets[:, offenders], FAULT, 5)
         middles = mesh.p[:, mesh.facets[:, offenders]].mean(axis=1)
-        yield Layer("their middles", middles, None, FAULT, 10)
+        yield DrawnLayer("their middles", middles, None, FAULT, 10)
     else:
-        yield Layer(label, mesh.p[:, mesh.t[:, offenders]].mean(axis=1), None, FAULT, 10)
+        yield DrawnLayer(label, mesh.p[:, mesh.t[:, offenders]].mean(axis=1), None, FAULT, 10)
 
 
-def _couple_layers(couple: GridCouple, nodes: bool) -> Iterator[Layer]:
+def _couple_layers(couple: GridCouple, nodes: bool) -> Iterator[DrawnLayer]:
     """Both grids with the ribs of their boundaries, which differ: B may reach beyond A."""
     fine = fineness(len(couple.a))
     pa, pb = couple.a.polygons.p, couple.b.polygons.p
     p = np.hstack([pa, pb])  # the first layer sets the extent of the picture
     a, b = couple.a.facets, couple.b.facets + pa.shape[1]
     edge_a, edge_b = ((grid.f2c < 0).any(axis=0) for grid in (couple.a, couple.b))
-    yield Layer("grid A", p, a[:, ~edge_a], PRIMAL, 1.2 * fine)
+    yield DrawnLayer("grid A", p, a[:, ~edge_a], PRIMAL, 1.2 * fine)
     if couple.kind == "1-type":
-        yield Layer("grid B", p, b[:, ~edge_b], DUAL, 2 * fine)
-        yield Layer("boundary", p, a[:, edge_a], OUTLINE, 2.4)
+        yield DrawnLayer("grid B", p, b[:, ~edge_b], DUAL, 2 * fine)
+        yield DrawnLayer("boundary", p, a[:, edge_a], OUTLINE, 2.4)
     else:
-        yield Layer("boundary of A", p, a[:, edge_a], OUTLINE, 2.4)
-        yield Layer("grid B", p, b, DUAL, 2 * fine)
+        yield DrawnLayer("boundary of A", p, a[:, edge_a], OUTLINE, 2.4)
+        yield DrawnLayer("grid B", p, b, DUAL, 2 * fine)
     if nodes:
-        yield Layer("nodes of A", pa, None, OUTLINE, 8 * fine)
-        yield Layer("nodes of B", pb, None, DUAL, 6 * fine)
+        yield DrawnLayer("nodes of A", pa, None, OUTLINE, 8 * fine)
+        yield DrawnLayer("nodes of B", pb, None, DUAL, 6 * fine)
 
 
 def fineness(ncells: int) -> float:

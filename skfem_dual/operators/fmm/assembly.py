@@ -16,7 +16,7 @@ from .loops import Layout
 from .quadtree import Quadtree
 
 #: from half-width to the matrices of M2L
-Factors = Callable[[float], Compressed]
+MultipoleToLocal = Callable[[float], Compressed]
 
 
 def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Translation:
@@ -30,7 +30,7 @@ def m2m_translation(tree: Quadtree, chebyshev: Chebyshev, level: int) -> Transla
 
 
 def m2l_translations(
-    tree: Quadtree, families: list[ndarray], factors: Factors
+    tree: Quadtree, families: list[ndarray], factors: MultipoleToLocal
 ) -> tuple[FamilyTranslation, ...]:
     """Between the boxes of each level, by its `Quadtree.families`."""
     return tuple(

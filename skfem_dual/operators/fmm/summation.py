@@ -17,7 +17,7 @@ from ...kernels.limits import limited_threads
 from ...kernels.once import computed_once
 from ...kernels.threads import Threads
 from .assembly import (
-    Factors,
+    MultipoleToLocal,
     first_columns,
     first_rows,
     l2l_translation,
@@ -291,7 +291,7 @@ def _laws(
     weights: EdgeWeights | None,
     chebyshev: Chebyshev,
     tolerance: float,
-) -> list[tuple[Moments, Kernel, Factors]]:
+) -> list[tuple[Moments, Kernel, MultipoleToLocal]]:
     """The moments, the kernel and the M2L of c / r, and of the remainder if there is one."""
     degree, c = degree_of(chebyshev.order), substrate.singular_coefficient
 
@@ -300,7 +300,7 @@ def _laws(
 
     known = compressed(chebyshev.m2l(singular, 1.0), chebyshev.parities, tolerance)
     # it scales with the boxes
-    laws: list[tuple[Moments, Kernel, Factors]] = [
+    laws: list[tuple[Moments, Kernel, MultipoleToLocal]] = [
         (
             lambda cells: Multipoles.about_centroids(partition, weights, degree, cells).moments,
             singular,
