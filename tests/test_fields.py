@@ -22,6 +22,7 @@ from skfem_dual import (
     RigidPunch,
     evaluate,
     postprocess,
+    pressure_field,
 )
 from skfem_dual.elements.balance import balanced, field_resultant
 from skfem_dual.errors import ConvergenceError, ResolutionWarning
@@ -155,7 +156,8 @@ def test_refinements_fill_the_mesh_and_follow_the_law(name):
     quads, times = isinstance(mesh, MeshQuad), 4 if mesh.nelements < 100 else 2
     basis = CellBasis(mesh, ElementQuad0() if quads else ElementTriP0())
     punch = RigidPunch(SOIL, basis)
-    laws = EdgeLaws.of(punch.solve(settlement=1.0, tilt=(0.0, 0.0), unilateral=False), times)
+    solution = punch.solve(settlement=1.0, tilt=(0.0, 0.0), unilateral=False)
+    laws = EdgeLaws.of(solution, times, punch.weights.facets)
     fine = laws.refined
     where = fine.base.p[:, fine.base.t[:, fine.parent]]
     np.testing.assert_allclose(
@@ -291,6 +293,37 @@ def test_rough_contact_has_no_peaks_of_its_own(seed):
         field, p = s.pressure_field(refine=2)
         assert p.max() < 2 * s.pressure.max()
         assert field_resultant(field, p) == pytest.approx(s.resultant, rel=1e-9)
+
+
+def test_constant_cells_follow_the_law_of_the_edge():
+    """Together to a fiftieth, where cubics between constant means were off by a sixth."""
+    dual = DualMesh.from_mesh(generate.disc(n=300))
+    below = RigidPunch(SOIL, dual.basis(), edge="constant", collocation="node").solve(1.0)
+    above = RigidPunch(SOIL, dual.primal_basis(), edge="constant").solve(1.0)
+    r, angle = np.random.default_rng(1).uniform([[0.0], [0.0]], [[0.95], [2 * np.pi]], (2, 3000))
+    x, exact = r * np.array([np.cos(angle), np.sin(angle)]), 1 / (2 * np.pi * np.sqrt(1 - r**2))
+    for field, most in (
+        (pressure_field(below, other=above), 0.02),
+        (pressure_field(above, other=below), 0.02),
+        (above.pressure_field(), 0.07),
+    ):
+        assert evaluate(*field, x) == pytest.approx(exact, rel=most)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_fields_between_long_cells_near_their_ends(turn):
+    """Cells ten times as long as wide have as many around them along as across."""
+    cos, sin = np.cos(turn), np.sin(turn)
+    place = np.array([[cos, -sin], [sin, cos]])
+
+    def strip(nx, ny):
+        mesh = MeshQuad.init_tensor(np.linspace(-1, 1, nx + 1), np.linspace(-10, 10, ny + 1))
+        mesh = MeshQuad(place @ mesh.p, mesh.t)
+        return RigidPunch(SOIL, CellBasis(mesh, ElementQuad0())).solve(1.0)
+
+    x = place @ np.array([np.linspace(-0.9, 0.9, 91), np.full(91, 8.5)])
+    field = strip(15, 15).pressure_field(refine=2)
+    assert evaluate(*field, x) == pytest.approx(strip(20, 60).pressure_at(x), rel=0.05)
 
 
 @pytest.mark.parametrize("kind", ["triangles", "quadrilaterals"])

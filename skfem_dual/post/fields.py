@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix
 from skfem import CellBasis, ElementQuad0, ElementTriP1, ElementTriP2, MeshTri
 
 from ..arguments import checked_integer
+from ..contact.edges import presses_over
 from ..contact.period import PeriodTriangles
 from ..elements.balance import balanced, field_resultant
 from ..elements.edge_weights import mean_weight
@@ -107,19 +108,32 @@ def pressure_field(
     pressure = _smoothed(solution, other)
     if isinstance(solution.footprint.substrate, PeriodicGround):
         return _on_period(solution, pressure, refine)
-    basis, values = _unbalanced(solution, pressure, refine)
+    basis, values = _unbalanced(solution, pressure, refine, _singular_facets(solution))
     return basis, balanced(basis, values, solution.resultant, solution.footprint.origin)
 
 
-def _unbalanced(solution: Any, pressure: ndarray, refine: int) -> tuple[CellBasis, ndarray]:
-    """The field with the resultant that it happens to have."""
+def _singular_facets(solution: CellPressures) -> ndarray:
+    """Facets of the mesh towards which pressures grow: those whose law the cells have; of cells
+    with constant pressures the whole edge of the plan, if their means grow to it."""
+    cells = solution.footprint
+    if cells.weights is not None:
+        return cells.weights.facets
+    if not presses_over(cells.partition, solution.pressure):
+        return np.zeros(0, dtype=int)
+    return nodal_mesh(cells.basis).boundary_facets()
+
+
+def _unbalanced(
+    solution: Any, pressure: ndarray, refine: int, singular: ndarray
+) -> tuple[CellBasis, ndarray]:
+    """The field with the resultant that it happens to have; ``singular`` as `_singular_facets`."""
     triangles = solution.contact_region.t.shape[1]
     refuse_beyond_memory(
         triangles * (OF_TRIANGLE + OF_SMALL * 4.0**refine),
         f"a field on {triangles} triangles that are cut in four {refine} times takes",
         "a smaller refine",
     )
-    laws = EdgeLaws.of(solution, refine)
+    laws = EdgeLaws.of(solution, refine, singular)
     loads = laws.of_cells(solution.punch.footprint)
     values = laws.at_nodes * laws.between(_fitted(solution, laws, pressure, loads))
     if (solution.pressure >= 0).all():
@@ -145,7 +159,7 @@ def _on_period(
         footprint=cells,
         pressure=solution.pressure[cell],
     )
-    found, values = _unbalanced(wide, pressure[cell], refine)
+    found, values = _unbalanced(wide, pressure[cell], refine, np.zeros(0, dtype=int))
     x = found.mesh.p[:, found.mesh.t].mean(axis=1)
     own = np.abs(x - triangles.p.mean(axis=1)[:, None])
     half = np.ptp(triangles.p, axis=1)[:, None] / 2
@@ -201,17 +215,16 @@ class EdgeLaws:
     depth: ndarray | None
 
     @classmethod
-    def of(cls, solution: CellPressures, refine: int) -> "EdgeLaws":
+    def of(cls, solution: CellPressures, refine: int, facets: ndarray) -> "EdgeLaws":
+        """Towards some facets of the mesh, and towards where contact ends inside."""
         region, cells = solution.contact_region, solution.punch.footprint
         areas = signed_areas(region.p, region.t)
         # quadrilaterals in the middle of a polar grid have sides without length
         kept = np.nonzero(areas > 1e-14 * areas.max())[0]
         base = MeshTri(region.p, np.ascontiguousarray(region.t[:, kept]))
         singular = np.zeros(base.nfacets, dtype=bool)
-        if cells.weights is not None:
-            ends = nodal_mesh(cells.basis).facets[:, cells.weights.facets]
-            kept_ones = facet_numbers(base, *ends)
-            singular[kept_ones[kept_ones >= 0]] = True
+        kept_ones = facet_numbers(base, *nodal_mesh(cells.basis).facets[:, facets])
+        singular[kept_ones[kept_ones >= 0]] = True
         depth = None
         if region.edge:
             a = np.hstack([line[:, :-1] for line in region.edge])
@@ -403,16 +416,17 @@ def _fitted(
     around = _around(solution, base)
     node, cell = around.nonzero()
     arm = acting[:, cell] - base.p[:, node]
-    length = np.sqrt(areas[cell])
-    size = (np.bincount(node, length, n) / np.bincount(node, minlength=n))[node]
-    x, y = arm / size
+    measure = _measures(cells.partition, around)
+    at = measure[..., node]
+    x, y = np.einsum("ijk,jk->ik", at, arm)
     square, nearest = x**2 + y**2, np.full(n, np.inf)
     pressed = trust[cell] > 0
     np.minimum.at(nearest, node[pressed], square[pressed])
     # over that of the nearest: between long and thin cells all are far in the root of their area
     weight = np.exp((nearest[node] - square).clip(max=0.0) / WIDTH) * trust[cell]
     # means over the cells
-    xx, xy, yy = np.array([x * x, x * y, y * y]) + spread[:, cell] / size**2
+    beside = np.einsum("ijk,jlk,lmk->imk", at, spread[[[0, 1], [1, 2]]][..., cell], at)
+    xx, xy, yy = np.array([x * x, x * y, y * y]) + beside[[0, 0, 1], [0, 1, 1]]
     terms = [np.ones(len(node)), x, y, xx, xy, yy]
 
     def sums(values: ndarray) -> ndarray:
@@ -426,10 +440,23 @@ def _fitted(
     matrix[matrix[:, 0, 0] < 1e-12] = np.eye(6)
     right = np.array([sums(a * s[cell]) for a in terms]).T
     found = np.linalg.solve(matrix, right[..., None])[:, :3, 0].T
-    sizes = np.ones(n)
-    sizes[node] = size
-    found[1:] /= sizes
+    found[1:] = np.einsum("ijn,jn->in", measure, found[1:])
     return found
+
+
+def _measures(partition: Partition, around: csr_matrix) -> ndarray:
+    """Symmetric matrices, (2, 2, nodes), by which arms from nodes become numbers: the cells around
+    are in the mean as long as wide, and of area one."""
+    some = around.getnnz(axis=1) > 0  # quadrilaterals without area leave nodes without cells
+    cells, areas = around[some].astype(bool).astype(float), partition.areas
+    xx, xy, yy = (cells @ (partition.polygons.second_moments / areas**2).T).T
+    det = np.sqrt(xx * yy - xy * xy)
+    size = (cells @ np.sqrt(areas)) / cells.getnnz(axis=1)
+    # the inverse root of a matrix of two rows, by Cayley and Hamilton
+    root = np.array([[yy + det, -xy], [-xy, xx + det]])
+    out = np.zeros((2, 2, len(some)))
+    out[..., some] = root / (size * np.sqrt(det * (xx + yy + 2 * det)))
+    return out
 
 
 def _around(solution: CellPressures, base: MeshTri) -> csr_matrix:

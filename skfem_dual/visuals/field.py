@@ -78,14 +78,14 @@ class Field:
         _require_straight(basis)
         jumps = isinstance(basis.elem, CONTINUOUS) and len(basis.nodal_dofs) == 0  # discontinuous
         if jumps or not isinstance(basis.elem, elements):
-            names = ", ".join(e.__name__ for e in elements)
-            remedy = (
-                "solution.pressure_field() gives a continuous one"
-                if isinstance(basis.elem, FLAT)
-                else "project onto one of these first"
-            )
+            name, names = type(basis.elem).__name__, ", ".join(e.__name__ for e in elements)
+            if isinstance(basis.elem, FLAT):
+                raise ValueError(
+                    f"expected a continuous field, got one of {name}. Remedy: "
+                    "solution.pressure_field() of pressures, or project it onto ElementTriP1 first"
+                )
             raise ValueError(
-                f"expected a basis of {names}, got {type(basis.elem).__name__}. Remedy: {remedy}"
+                f"expected a basis of {names}, got {name}. Remedy: project onto one of these first"
             )
         values = _checked(basis, values)
         checked_number("size of values", np.abs(values).max(initial=0.0), at_most=LARGEST)
@@ -203,7 +203,9 @@ def continuous(basis: CellBasis, values: ArrayLike) -> Field:
         If the field is not a scalar or jumps between the elements, or the values are not finite
         or too many or too few.
     """
-    if not isinstance(basis, CellBasis) or isinstance(basis.elem, FLAT + CONTINUOUS):
+    if not isinstance(basis, CellBasis) or isinstance(basis.elem, FLAT):
+        return Field.from_basis(basis, values, CONTINUOUS)  # which refuses it
+    if isinstance(basis.elem, CONTINUOUS) and len(basis.nodal_dofs):
         return Field.from_basis(basis, values, CONTINUOUS)
     name = type(basis.elem).__name__
     if basis.elem.refdom.dim() != 2 or np.ndim(basis.basis[0][0]) != 2:
