@@ -1,7 +1,7 @@
 """Exact solutions for the homogeneous half-space, pure functions of numbers.
 
 Compression and settlement are positive, ``young`` and ``poisson`` are those of the half-space.
-Numbers out of their range raise a ValueError, what is no number a TypeError.
+_Numbers out of their range raise a ValueError, what is no number a TypeError.
 Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5, 4.2 (Hertz) and 5.2 (cone);
 Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 """
@@ -16,7 +16,7 @@ from scipy.special import ellipe, ellipkm1, hyp2f1
 from ..arguments import checked_array, checked_number, checked_pair, checked_size
 
 #: one number, or many
-Numbers = TypeVar("Numbers", float, ndarray)
+_Numbers = TypeVar("_Numbers", float, ndarray)
 
 
 def contact_modulus(young: float, poisson: float) -> float:
@@ -41,7 +41,7 @@ def contact_modulus(young: float, poisson: float) -> float:
     return young / (1 - checked_number("poisson", poisson, at_least=0, at_most=0.5) ** 2)
 
 
-def circle_settlement(force: Numbers, radius: float, young: float, poisson: float) -> Numbers:
+def circle_settlement(force: _Numbers, radius: float, young: float, poisson: float) -> _Numbers:
     """Settlement of a rigid flat circle under a central force, P / (2 a E*).
 
     Parameters
@@ -72,7 +72,7 @@ def circle_settlement(force: Numbers, radius: float, young: float, poisson: floa
     return force / (2 * radius * contact_modulus(young, poisson))
 
 
-def circle_tilt(moment: Numbers, radius: float, young: float, poisson: float) -> Numbers:
+def circle_tilt(moment: _Numbers, radius: float, young: float, poisson: float) -> _Numbers:
     """Tilt of a rigid flat circle in full contact under a moment, 3 M / (4 a^3 E*).
 
     Parameters

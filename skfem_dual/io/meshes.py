@@ -36,8 +36,9 @@ def read_mesh(path: PathLike, *, quads: Literal["split", "keep"] = "split") -> M
     """Read the triangles and quadrilaterals of a mesh file of any format that meshio reads.
 
     Named lines and areas (physical groups of Gmsh, cell sets, tags of scikit-fem) become
-    boundaries and subdomains; files do not hold the sense of oriented boundaries. A damaged file is refused, also where a reader of meshio would
-    wait for ever or take all memory: such readers run in a process of their own.
+    boundaries and subdomains; files do not hold the sense of oriented boundaries. A damaged file
+    is refused, also where a reader of meshio would wait for ever or take all memory: such readers
+    run in a process of their own.
 
     Parameters
     ----------

@@ -104,8 +104,8 @@ def choose_levels(
         raise ValueError(f"expected increasing levels, got {chosen.tolist()}")
     if not np.any((low < chosen) & (chosen < high)):
         raise ValueError(
-            f"expected a level between {low:.6g} and {high:.6g}, got {chosen.tolist()}. Remedy: of "
-            "solutions, drawn over their mean pressure, scale=1.0 for levels of the pressure"
+            f"expected a level between {low:.6g} and {high:.6g}, got {chosen.tolist()}. Remedy: "
+            "of solutions, drawn over their mean pressure, scale=1.0 for levels of the pressure"
         )
     return chosen
 

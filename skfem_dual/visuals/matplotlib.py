@@ -223,8 +223,8 @@ def isobars(
         One value per DOF of the basis.
     levels : int or sequence of float, optional
         The values of the isobars, of a solution over ``scale``, or about how many. By default
-        about eight round numbers in equal steps, zero among them where the sign changes; of a solution with a singular edge
-        round numbers that divide the area about equally.
+        about eight round numbers in equal steps, zero among them where the sign changes; of a
+        solution with a singular edge round numbers that divide the area about equally.
     title : str, optional
         Quantity and unit, beside the scalar bar; big numbers get a common factor there.
     labels : bool
