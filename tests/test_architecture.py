@@ -189,6 +189,7 @@ LAYERS = [
         "contact.sectors",
         "contact.line_work",
         "contact.along_lines",
+        "contact.compliances",
         "contact.work",
         "contact.by_work",
         "contact.motions",

@@ -1,5 +1,7 @@
 """Positions by the work of the pressures, against exact ones, invariances and what is imposed."""
 
+from math import gamma
+
 import numpy as np
 import pytest
 from marks import slow
@@ -189,11 +191,33 @@ def test_a_thin_incompressible_layer_keeps_its_collocated_settlement():
 
 
 @pytest.mark.parametrize(
-    "options", [{"edge": "constant"}, {"edge": "singular", "gap": Paraboloid(3.0)}]
+    ("options", "force"),
+    [({"edge": "constant"}, 1.0), ({"edge": "singular", "gap": Paraboloid(1.0)}, 0.5)],
 )
-def test_others_keep_the_collocated_position(options):
-    found = punch(disc(3), **options).solve(1.0)
+def test_others_keep_the_collocated_position(options, force):
+    found = punch(disc(3), **options).solve(force)
     assert found.settlement == found.collocated_settlement
+
+
+@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+@pytest.mark.parametrize("power", [2, 4, 8])
+def test_shaped_punches_pressed_over_their_edge(grid, power):
+    """Under ``r^n`` a circle that touches settles by ``P / 2 + kappa / (n + 1)`` (Sneddon)."""
+    kappa = np.sqrt(np.pi) / 2 * power * gamma(power / 2) / gamma(power / 2 + 0.5)
+    settled, tilt = 1.5 * kappa, 0.1 * kappa
+    force = 2 * (settled - kappa / (power + 1))
+    basis = getattr(DualMesh.from_mesh(fine_disc(n=150)), grid)()
+    shaped = RigidPunch(HalfSpace(1.0, 0.0), basis, gap=lambda x: np.hypot(*x) ** power)
+    at = 4 * tilt / 3 / force
+    found = shaped.solve(force, at=(at, 0.0))
+    assert found.settlement == pytest.approx(settled, rel=1e-4 if power == 2 else 6e-4)
+    assert found.tilt == pytest.approx([tilt, 0.0], abs=3e-5 * settled)
+    assert abs(found.collocated_settlement - settled) > 2 * abs(found.settlement - settled)
+    bounds = found.bounds
+    assert bounds.settlement[0] < settled + tilt * at < bounds.settlement[1]
+    assert bounds.tilt[0, 0] < tilt < bounds.tilt[0, 1]
+    again = shaped.solve(settlement=found.settlement, tilt=found.tilt)
+    assert again.resultant == pytest.approx(found.resultant, abs=1e-8 * force)
 
 
 def test_operators_and_symmetry_find_the_same():

@@ -418,12 +418,11 @@ class RigidPunches(RigidBodies):
 
     @computed_once
     def beside_shaped(self) -> tuple[int, ...]:
-        """Numbers of bodies that are a flat punch beside shaped ones, without a frame: their
-        positions are by work, too, see `Beside`."""
-        flat = [punch.gap is None for punch in self.members]
-        if all(flat) or self.stiffness is not None:
+        """Numbers of bodies of one punch, where some are shaped and no frame is on them: their
+        positions are by work one by one, see `Beside`."""
+        if all(punch.gap is None for punch in self.members) or self.stiffness is not None:
             return ()
-        return tuple(n for n, (i, *more) in enumerate(self.bodies) if flat[i] and not more)
+        return tuple(n for n, body in enumerate(self.bodies) if len(body) == 1)
 
     def amid_many(self, contact: Contact) -> bool:
         """Whether work finds positions body by body, see `added_amid`: where flat punches lift
@@ -447,7 +446,7 @@ class RigidPunches(RigidBodies):
         return self.cells.fast_operator(self.work.sectors.x, self._rtol)
 
     def added(self, contact: Contact, position: ndarray) -> ndarray:
-        """What work adds to positions of flat bodies among shaped ones or many others, (m,)."""
+        """What work adds to positions of bodies, some of them shaped, or of many others, (m,)."""
         if self.amid_many(contact):
             return self.added_amid(contact, position)[0]
         parts = [contact.under(own, i) for i, own in enumerate(self.slices)]

@@ -1,5 +1,7 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
@@ -15,7 +17,8 @@ from ..contact.load import Constraints, Load, between_waves, load_of, require_co
 from ..contact.motions import holding
 from ..contact.parts import Part
 from ..contact.problem import Contact, warn_of
-from ..contact.shapes import Gap
+from ..contact.sectors import Sectors
+from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist
@@ -419,10 +422,23 @@ class RigidPunch(Movable, RigidBodies):
         return load.constraints(origin)
 
     def works(self, contact: Contact) -> bool:
-        """Of flat punches with edge-weighted cells, not all in a line."""
+        """Of punches with edge-weighted cells, not all in a line, that are flat or touch with
+        their whole base."""
         checked_instance("contact", contact, Contact)
-        flat = self.gap is None and self.weights is not None
-        return flat and resist(self.collocation_points, contact.touching)
+        known = self.gap is None or bool(contact.touching.all())
+        weighted = known and self.weights is not None
+        return weighted and resist(self.collocation_points, contact.touching)
+
+    @property
+    def _shape(self) -> Callable[[Sectors], ndarray] | None:
+        return None if self.gap is None else self._gaps
+
+    def _gaps(self, sectors: Sectors) -> ndarray:
+        """Gaps in some sectors: of functions and fields there, else those of their cells."""
+        if isinstance(self.gap, tuple) or callable(self.gap):
+            with suppress(ValueError):  # of shapes that are not known beyond collocation points
+                return gap_values(self.gap, sectors.x)
+        return self.initial_gap[sectors.cell]
 
     def answers(
         self,

@@ -1,7 +1,7 @@
 """Rigid bodies on the ground, one or several: contact under loads, found and verified."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
@@ -17,6 +17,7 @@ from ..contact.loaded_cells import ExactRows, LoadedCells, slices_of
 from ..contact.one_sign import solved
 from ..contact.parts import Part, by_bodies, flattened_system
 from ..contact.problem import Contact, rough_under
+from ..contact.sectors import Sectors
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
@@ -124,10 +125,15 @@ class RigidBodies(FromFields, ABC):
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads impose; a ValueError where no pressures can balance them."""
 
+    @property
+    def _shape(self) -> Callable[[Sectors], ndarray] | None:
+        """See `Work.shape`."""
+        return None
+
     @computed_once
     def work(self) -> Work:
         """Positions by the work of the pressures."""
-        return Work(self.parts, self.cells, self.system)
+        return Work(self.parts, self.cells, self.system, self._shape)
 
     @abstractmethod
     def works(self, contact: Contact) -> bool:

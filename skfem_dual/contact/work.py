@@ -1,11 +1,12 @@
-"""The position of flat punches by the work of pressures: many times closer than by points.
+"""The position of punches by the work of pressures: many times closer than by points.
 
 Between the collocation points ground and punch are a little apart, as the pressure inside the
 cells is not quite right. With pressures ``p`` of the load and ``r`` of a unit force, the work
 ``<r, A p>`` is the position conjugate to that force, which errors of ``p`` and ``r`` enter as a
 product only (Thomson's principle, Betti's reciprocity). It is ``s + <r, e>``: the position ``s``
 by collocation and how far the ground lies below the punch, ``e``, at one point or two in each
-sector of the cells near the edge, and at three in dual cells farther off.
+sector of the cells near the edge, and at three in dual cells farther off. Where the whole of a
+shaped base touches, ``e`` counts from its shape.
 
 Sources: C. E. Pearson, Theoretical Elasticity (1959), principles of work; R. Becker and
 R. Rannacher, Acta Numerica 10 (2001) 1, residuals weighted by the dual problem.
@@ -26,9 +27,9 @@ from ..kernels.once import computed_once
 from ..operators.entries import Entries
 from ..operators.factors import Factors, submatrix
 from ..operators.influence_operator import COARSEST, InfluenceOperator
-from ..operators.small_compliance import generalised_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from .along_lines import has_law, on_each, regions_of
+from .compliances import position_under
 from .line_work import Compliances, Points, Position
 from .load import Constraints
 from .loaded_cells import LoadedCells, slices_of
@@ -43,38 +44,12 @@ from .system import DENSE, ContactSystem
 APART = 0.025
 #: errors of settlements of the sectors may be so many times those of the equations
 SECTORS = 3.0
-#: a frame so many times as stiff as the ground leaves it no digits in their sum
-STIFF = 1e5
-
-
-def _under_stiff_frame(constraints: Constraints, unit: ndarray, stiffness: ndarray) -> ndarray:
-    """Motions of unit size under the load and a frame that is far stiffer than the ground, whose
-    stiffness they resist with forces on such motions.
-
-    By what both yield: in the sum of both stiffnesses the digits of that of the ground would be
-    lost.
-    """
-    motions = unit[:, None] * constraints.motions
-    resists = motions.T @ stiffness @ motions
-    ground = np.linalg.inv(resists)
-    moved = -ground @ (motions.T @ stiffness @ (unit * constraints.fixed))
-    frame = constraints.motions.T @ constraints.frame @ constraints.motions
-    yields, free = generalised_inverse(frame, resists.diagonal())
-    loads = constraints.given - constraints.motions.T @ (constraints.frame @ constraints.fixed)
-    size = np.sqrt(ground.diagonal())  # of motions under unit forces: equations without units
-    both = (ground + yields.displacements(np.eye(len(loads)))) / np.outer(size, size)
-    free = free / size[:, None]
-    free = free / np.linalg.norm(free, axis=0)
-    n, m = free.shape
-    matrix = np.block([[both, -free], [free.T, np.zeros((m, m))]])
-    given = (yields.displacements(loads) - moved) / size
-    forces = np.linalg.solve(matrix, np.append(given, free.T @ (loads * size)))[:n] / size
-    return unit * (constraints.fixed + constraints.motions @ (ground @ forces + moved))
 
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """Positions of flat punches with edge-weighted cells by the work of their pressures.
+    """Positions of punches with edge-weighted cells by the work of their pressures, of flat ones
+    and of those in full contact.
 
     Attributes
     ----------
@@ -84,11 +59,14 @@ class Work:
         All of these.
     system : ContactSystem
         Their equations, three components of the position for each body.
+    shape : callable, optional
+        The gap of the unloaded body in `Sectors`; None of flat ones.
     """
 
     parts: tuple[Part, ...]
     cells: LoadedCells
     system: ContactSystem
+    shape: Callable[[Sectors], ndarray] | None = None
 
     @computed_once
     def sectors(self) -> Sectors:
@@ -201,7 +179,8 @@ class Work:
         compliances = self._by_forces(contact, position, None)
         if compliances is None:
             return None
-        return self.unit * np.linalg.solve(compliances[0], position(compliances[0])), compliances
+        pressed = position(compliances[0]) - self.shift
+        return self.unit * np.linalg.solve(compliances[0], pressed), compliances
 
     def _by_forces(
         self,
@@ -232,20 +211,7 @@ class Work:
 
     def position(self, constraints: Constraints, compliance: ndarray) -> ndarray:
         """Motions of unit size under the load, (m,), by what forces on them do."""
-        unit, stiffness = self.unit, np.linalg.inv(compliance)
-        motions, fixed = unit[:, None] * constraints.motions, unit * constraints.fixed
-        balance = constraints.balance * unit
-        if constraints.frame is not None:
-            frame = constraints.frame / np.outer(unit, unit)
-            if np.abs(frame).max() > STIFF * np.abs(stiffness).max():
-                return _under_stiff_frame(constraints, unit, stiffness)
-            stiffness = stiffness + frame
-        given = constraints.given - balance @ stiffness @ fixed
-        # in numbers near one, whatever the unit of length
-        rows, columns = np.abs(balance).max(axis=1), np.abs(motions).max(axis=0)
-        balance, motions = balance / rows[:, None], motions / columns
-        y = np.linalg.solve(balance @ stiffness @ motions, given / rows)
-        return fixed + motions @ y
+        return position_under(constraints, self.unit, compliance, self.shift)
 
     @computed_once
     def unit(self) -> ndarray:
@@ -254,6 +220,23 @@ class Work:
         planes = planes.reshape(-1, 3, planes.shape[1])
         radius = np.hypot(planes[:, 1], planes[:, 2]).max(axis=1)
         return np.column_stack([np.ones_like(radius), radius, radius]).ravel()
+
+    @computed_once
+    def shift(self) -> ndarray:
+        """Motions of unit size by the shape of the base, all of which touches; shape (m,)."""
+        if self.shape is None:
+            return np.zeros(len(self.unit))
+        system, pressures = self.system, self.system.unit_pressures / self.unit
+        by_points, unit_forces = self._by_points(pressures, None)
+        motion = by_points @ (system.resultants @ system.shape_pressures / self.unit)
+        pressure = pressures @ motion - system.shape_pressures
+        settled = self._settled(pressure[:, None], None, True)[0]
+        return motion + unit_forces @ (settled + self.gaps - motion @ self.planes)
+
+    @computed_once
+    def gaps(self) -> ndarray:
+        """Gap of the unloaded body in the sectors, (nsectors,)."""
+        return np.zeros(len(self.sectors.cell)) if self.shape is None else self.shape(self.sectors)
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:
@@ -393,7 +376,8 @@ class Work:
         if pressures is None or touching.sum() < min(DOZEN, len(touching)):
             return None
         unit_forces = self._by_points(pressures, contact.flat)[1]
-        apart = np.where(touching[cell], settled - (position * self.unit) @ self.planes, 0.0)
+        beyond = settled + self.gaps - (position * self.unit) @ self.planes
+        apart = np.where(touching[cell], beyond, 0.0)
         mean = np.bincount(cell, self.sectors.load * apart, len(touching))
         close = np.abs(mean) < APART * np.abs(settled).max() * self.system.areas
         added = [(unit_forces * some) @ apart for some in (close[cell], 1.0)]

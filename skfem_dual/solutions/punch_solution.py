@@ -149,7 +149,8 @@ class PunchSolution(CellPressures):
         cells in which ground and punch are apart by more than 2.5 % of the settlement on average
         do not take part, and where the punch lifts off pressures end along the line of contact,
         not with the cells as those of the solution, see `LineWork`; beside structures and shaped
-        punches with the cells. Of others that of collocation. A settlement that is imposed is
+        punches with the cells. Likewise of shaped ones pressed over the edge of their plan while
+        all of their base touches. Of others that of collocation. A settlement that is imposed is
         returned as it is; the pressures are those of the load that moves the punch there.
         """
         return float(self.positions[0, 0])
