@@ -1,3 +1,5 @@
+from math import gamma
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -312,6 +314,19 @@ def test_a_post_beside_a_ball(settlement):
     right = field.mesh.p[0, field.mesh.t].mean(axis=0) > -1
     force = np.sum((field.interpolate(values) * field.dx)[right])
     assert force == pytest.approx(found.pressure[own] @ cells.areas[own], rel=0.05)
+
+
+@pytest.mark.filterwarnings("ignore:contact on")
+@pytest.mark.parametrize("grid", ["basis", "primal_basis"])
+@pytest.mark.parametrize(("power", "n"), [(10, 300), (14, 300), (14, 600), (20, 600)])
+def test_shapes_with_steep_sides(grid, power, n):
+    """Under ``r^n`` (Sneddon): cells that press as those around were left out, up to a quarter."""
+    basis = getattr(DualMesh.from_mesh(generate.disc(n=n)), grid)()
+    punch = RigidPunch(UNIT, basis, gap=lambda x: np.hypot(*x) ** power)
+    kappa = np.sqrt(np.pi) / 2 * power * gamma(power / 2) / gamma(power / 2 + 0.5)
+    for radius in (0.4, 0.5, 0.65):
+        found = punch.solve(2 * power / (power + 1) * kappa * radius ** (power + 1))
+        assert 0.97 < found.contact_area / (np.pi * radius**2) < 1.14
 
 
 def test_rows_along_the_edge_of_a_flat_punch():

@@ -48,6 +48,9 @@ SLIGHT = 1e-6
 #: distance to the edge of contact by the gap beside, over that between cells, below which sides
 #: are steep where the square of the pressure is above this part of its largest around
 STEEP = 0.1, 0.5
+#: part of the largest pressure of a spot above which a cell does not end in the contact of others,
+#: if less than this part of it is inside
+PRESSED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +186,11 @@ class PlanTriangles(ReadOnly):
         if not even:
             thin |= self._on_steep(pressure, opening, inside, held)
         region = self._around(fitted, thin, inside)
+        if not even:
+            cut_off = self._cut_off(region, pressure) & ~thin
+            if cut_off.any():
+                thin |= self._outwards(cut_off, inside, held, SHOWN)
+                region = self._around(fitted, thin, inside)
         unseen = self._unseen(region.areas, pressure, many) & ~thin
         return self._around(fitted, thin | unseen, inside) if unseen.any() else region
 
@@ -249,13 +257,30 @@ class PlanTriangles(ReadOnly):
         near = square[i] * across**2 < STEEP[0] * opening[j] ** 2
         steep = np.zeros(n, dtype=bool)
         steep[i[near & (square[i] > STEEP[1] * inner[i])]] = True
-        if not steep.any():
-            return steep
-        lost = steep.copy()
-        for _ in range(CELLS):
+        return self._outwards(steep, inside, held)
+
+    def _cut_off(self, region: ContactRegion, pressure: ndarray) -> ndarray:
+        """Cells that press as those around, most of which the region leaves out: no law of an edge
+        is seen in how they end, as where shapes bend away within a cell."""
+        inside, most = pressure > 0, np.empty(len(pressure), dtype=bool)
+        if self.own.all():
+            most[self.cell] = region.level <= 0
+        else:
+            held = np.bincount(self._of_triangles, region.areas, len(pressure))
+            most[:] = held < PRESSED * self.partition.areas
+        spot, largest = self.partition.parts(inside), np.zeros(len(pressure))
+        np.maximum.at(largest, spot[inside], pressure[inside])
+        return inside & most & (pressure > PRESSED * largest[spot])
+
+    def _outwards(
+        self, cells: ndarray, inside: ndarray, held: ndarray, rings: int = CELLS
+    ) -> ndarray:
+        """Some cells, and those in contact around them that a region does not hold."""
+        lost = cells.copy()
+        for _ in range(rings if cells.any() else 0):
             lost[self.partition.across(lost)] = True
             lost &= inside
-        return steep | (lost & ~held)
+        return cells | (lost & ~held)
 
     def _corners(self, triangles: ndarray) -> ndarray:
         """Points that are corners of some triangles, by masks."""
