@@ -231,6 +231,7 @@ LAYERS = [
         "post.conserve",
         "post.checks",
         "post.postprocess",
+        "post.edge_laws",
         "post.fields",
         "post.smooth",
         "post.estimate",

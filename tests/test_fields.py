@@ -30,7 +30,7 @@ from skfem_dual.grids import generate
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import polygon
 from skfem_dual.grids.outline import distance_to_segments
-from skfem_dual.post.fields import EdgeLaws
+from skfem_dual.post.edge_laws import EdgeLaws
 
 SOIL = HalfSpace(1.0, 0.25)
 
