@@ -325,6 +325,8 @@ LATE = {
     ("solutions.pressures", "visuals.matplotlib"),
     ("solutions.cases_solution", "io.cases"),
     ("solutions.pressures", "visuals.notebook"),
+    ("solutions.group_solution", "visuals.notebook"),
+    ("solutions.cases_solution", "visuals.notebook"),
     ("grids.dual_mesh", "visuals.notebook"),
     ("grids.report", "visuals.notebook"),
     ("plans.plan", "plans.read"),

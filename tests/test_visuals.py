@@ -47,7 +47,7 @@ from skfem_dual import (
 from skfem_dual.bodies.paths import moment_rotation
 from skfem_dual.contact.region import ContactRegion
 from skfem_dual.contact.shapes import Paraboloid, Sphere
-from skfem_dual.errors import ResolutionWarning
+from skfem_dual.errors import ConvergenceWarning, ResolutionWarning
 from skfem_dual.grids import generate
 from skfem_dual.grids.corners import signed_areas
 from skfem_dual.grids.generate import disc as fine_disc
@@ -520,6 +520,24 @@ def test_notebooks_show_tables_and_pictures(lifted, monkeypatch):
         assert "<tr>" in html
         assert "No picture: matplotlib is needed" in html
         assert "<img" not in html
+
+
+def test_notebooks_show_groups_and_cases(lifted):
+    """A row for each punch and each of a dozen cases, all with as many columns."""
+    punch, mesh = lifted.punch, lifted.punch.basis.dual.mesh.translated((5.0, 0.0))
+    other = RigidPunch(punch.substrate, DualMesh.from_mesh(mesh).basis(), origin=(5.0, 0.0))
+    pair = RigidPunches([punch, other], names=["<left>", "right"]).solve([{"force": 1.0}] * 2)
+    cases = punch.solve_many([{"force": f} for f in np.arange(1.0, 16.0)])
+    for shown, count in ((pair, 3), (cases, 14)):
+        parsed = ElementTree.fromstring(shown._repr_html_())
+        rows = [[cell.text for cell in row] for row in parsed.iter("tr")]
+        assert len(rows) == count
+        assert len({len(row) for row in rows[:-1]}) == 1
+        assert next(parsed.iter("img")).get("src").startswith("data:image/png")
+    assert "&lt;left&gt;" in pair._repr_html_()
+    with pytest.warns(ConvergenceWarning, match="1 of 1 load cases"):
+        none = punch.solve_many([{"force": 1.0, "at": (9.0, 0.0)}])
+    assert "<img" not in none._repr_html_()
 
 
 # pictures

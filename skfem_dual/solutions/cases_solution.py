@@ -283,6 +283,11 @@ class CasesSolution(ReadOnly):
         found = f"  {self.success.sum()} of {len(self)} found"
         return "\n".join(["<skfem_dual CasesSolution object>", head, *rows, found])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import cases_html
+
+        return cases_html(self)
+
 
 def extremes_of(
     names: Sequence[str],

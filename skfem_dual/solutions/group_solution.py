@@ -116,13 +116,18 @@ class PunchesSolution:
             f"  {'punch':<{width}}force        settlement   tilt                      contact area"
         )
         rows = [
-            f"  {name:<{width}}{s.force:<13.6g}{_moved(s):<39}{s.contact_area:.6g}"
+            f"  {name:<{width}}{s.force:<13.6g}{how_moved(s):<39}{s.contact_area:.6g}"
             for name, s in zip(names, self.solutions, strict=True)
         ]
         return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])
 
+    def _repr_html_(self) -> str:
+        from ..visuals.notebook import group_html
 
-def _moved(solution: PunchSolution | ElasticSolution) -> str:
+        return group_html(self)
+
+
+def how_moved(solution: PunchSolution | ElasticSolution) -> str:
     """Settlement and tilt of a rigid punch, or how far one that bends has gone."""
     if isinstance(solution, ElasticSolution):
         least, most = solution.deflection_range

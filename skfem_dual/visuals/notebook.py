@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import io
 from base64 import b64encode
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..grids.dual_mesh import DualMesh
 from ..grids.report import Report
+from ..solutions.cases_solution import CasesSolution
+from ..solutions.group_solution import PunchesSolution, how_moved
 from ..solutions.pressures import CellPressures
 from .axes import pyplot
 from .matplotlib import draw, isobars
@@ -20,6 +24,8 @@ if TYPE_CHECKING:
 
 #: inches and points per inch of a picture, and up to so many cells there is one
 SIZE, RESOLUTION, CELLS = (4.6, 3.6), 90, 20_000
+#: cases that are listed
+ROWS = 12
 
 
 def solution_html(solution: CellPressures) -> str:
@@ -29,6 +35,39 @@ def solution_html(solution: CellPressures) -> str:
         isobars(solution, ax=ax)
 
     return _page(type(solution).__name__, solution.table().items(), drawn, len(solution.pressure))
+
+
+def group_html(group: PunchesSolution) -> str:
+    """A row for each punch, and the isobars under all."""
+
+    def drawn(ax: Axes) -> None:
+        isobars(group.solutions, ax=ax)
+
+    heads = "", "force", "settlement, tilt", "contact area"
+    rows = [
+        (name, f"{s.force:.6g}", how_moved(s), f"{s.contact_area:.6g}")
+        for name, s in zip(group.punches.names, group.solutions, strict=True)
+    ]
+    cells = sum(len(s.pressure) for s in group.solutions)
+    return _page(type(group).__name__, [heads, *rows], drawn, cells)
+
+
+def cases_html(cases: CasesSolution) -> str:
+    """A row for each of the first cases, and the isobars of that with the largest pressure."""
+
+    def drawn(ax: Axes) -> None:
+        isobars(cases[int(np.nanargmax(cases.largest_pressure))], ax=ax)
+
+    table = cases.table()
+    rows = [[_told(value) for value in row.values()] for row in table[:ROWS]]
+    if len(table) > ROWS:
+        rows.append([f"{len(table) - ROWS} more"])
+    found = drawn if cases.success.any() else None
+    return _page(type(cases).__name__, [list(table[0]), *rows], found, len(cases.footprint))
+
+
+def _told(value: str | float | bool) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def mesh_html(dual: DualMesh) -> str:
@@ -65,12 +104,12 @@ def report_html(report: Report) -> str:
 
 
 def _page(
-    name: str, rows: Iterable[tuple[str, str]], drawn: Callable[[Axes], None] | None, cells: int
+    name: str, rows: Iterable[Sequence[str]], drawn: Callable[[Axes], None] | None, cells: int
 ) -> str:
     """A heading, a table and what is drawn into axes, or a note why it is not."""
-    cell = '<td style="text-align:left">'
+    cell = '<td style="text-align:left">{}</td>'
     lines = "".join(
-        f"<tr>{cell}{escape(left)}</td>{cell}{escape(right)}</td></tr>" for left, right in rows
+        f"<tr>{''.join(cell.format(escape(text)) for text in row)}</tr>" for row in rows
     )
     picture = ""
     if drawn and cells > CELLS:
