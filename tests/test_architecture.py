@@ -64,6 +64,7 @@ LAYERS = [
         "plans.rings",
         "plans.crossings",
         "plans.corners",
+        "plans.parts",
         "plans.mesh",
         "plans.plan",
     ],

@@ -6,17 +6,27 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
-from ..arguments import LARGEST, checked_array, checked_instance, checked_number
+from ..arguments import (
+    LARGEST,
+    Pair,
+    checked_array,
+    checked_instance,
+    checked_number,
+    checked_pair,
+)
 from ..errors import MeshError
 from ..grids.polygons import readonly
 from ..messages import place, shown
 from .crossings import require_simple
 from .rings import SMOOTH, Ring
+from .sides import bulge_through
 
 #: corners nearer to each other than this part of the extent are the same
 SAME = 1e-9
 #: an arc of more than 359.7 degrees is a circle
 LARGEST_BULGE = 1e3
+#: bulge of an arc that is no less than a whole circle, but for rounding
+WHOLE = 1e12
 
 
 def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
@@ -83,6 +93,22 @@ def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
             f"{place(x.min(axis=1))} to {place(x.max(axis=1))}"
         )
     return ring if ring.area > 0 else ring.reversed
+
+
+def bulge_of(start: Pair, through: Pair, end: Pair) -> float:
+    """Bulge of the arc from one corner to another through a third point, see `Plan.bulge`."""
+    pairs = {"start": start, "through": through, "end": end}
+    a, m, b = (np.array(checked_pair(name, x)) for name, x in pairs.items())
+    size = np.hypot(*(b - a))
+    if size == 0 or min(np.hypot(*(m - a)), np.hypot(*(m - b))) <= SAME * size:
+        raise ValueError("expected three points that differ from each other for an arc")
+    bulge = bulge_through(a, m, b)
+    if (m - a) @ (m - b) > 0 and (bulge == 0 or abs(bulge) > WHOLE):
+        raise ValueError(
+            f"expected a point between start and end for through, got {place(m)} beyond them "
+            "on their line, where no arc leads"
+        )
+    return bulge
 
 
 def _coordinates(name: str, corners: Any) -> tuple[ndarray, ndarray | None]:

@@ -19,10 +19,9 @@ from ..grids.short_facets import SHORT, STEEPER
 from ..grids.sizing import MOST, generated
 from ..kernels.once import computed_once
 from ..messages import place
+from .parts import Part
 from .rings import Ring
 
-#: outline and holes, counter-clockwise
-Part = tuple[Ring, tuple[Ring, ...]]
 #: nodes on the edge lie within this part of a facet from the plan, on arcs beside it
 OFF = 0.4
 #: shares of a side up to which a node is in its end

@@ -16,28 +16,17 @@ from ..arguments import (
     checked_pair,
     checked_sequence,
     checked_size,
-    shown,
 )
-from ..errors import MeshError
-from ..grids.curves import require_digits
-from ..grids.planar import convex_hull
-from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly, computed_once
-from ..messages import place
-from .corners import SAME, ring_of
-from .crossings import nested, require_parts, require_simple
-from .mesh import Part, mesh_of, refined
-from .rings import SMOOTH, Ring
-from .sides import bulge_through
+from .corners import bulge_of, ring_of
+from .mesh import mesh_of, refined
+from .parts import Part, Parts
+from .rings import Ring
 
 if TYPE_CHECKING:
     from os import PathLike
 
     from matplotlib.axes import Axes
-
-
-#: bulge of an arc that is no less than a whole circle, but for rounding
-WHOLE = 1e12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,14 +59,9 @@ class Plan(ReadOnly):
     parts: tuple[Part, ...]
 
     def __post_init__(self) -> None:
-        parts = tuple(map(_part, checked_sequence("parts", self.parts)))
-        if not parts:
-            raise ValueError("expected at least one part, got none")
-        object.__setattr__(self, "parts", parts)
-        names = _names(self.parts)
-        require_digits(self.bounds)
-        require_simple(self.rings, [name for part in names for name in part])
-        require_parts(list(self.parts), names)
+        parts = Parts.checked(self.parts)
+        object.__setattr__(self, "parts", parts.each)
+        parts.require_apart()
 
     @classmethod
     def from_polygon(
@@ -119,7 +103,7 @@ class Plan(ReadOnly):
         >>> print(f"{plan.area:.4f}")  # 4 + pi / 2
         5.5708
         """
-        return cls(((ring_of("corners", corners, bulges), _made("holes", holes)),))
+        return cls(((ring_of("corners", corners, bulges), _rings("holes", holes)),))
 
     @classmethod
     def circle(cls, centre: Pair, radius: float, holes: Sequence = ()) -> "Plan":
@@ -149,7 +133,7 @@ class Plan(ReadOnly):
         """
         middle, radius = checked_circle(centre, radius)
         outline = Ring.circle(np.array(middle), radius)
-        return cls(((outline, _made("holes", holes)),))
+        return cls(((outline, _rings("holes", holes)),))
 
     @classmethod
     def from_rings(cls, rings: Sequence) -> "Plan":
@@ -169,11 +153,7 @@ class Plan(ReadOnly):
         MeshError
             If there is no ring, corners repeat or lie on one line, or sides cross or touch.
         """
-        made = list(_made("rings", rings))
-        if not made:
-            raise MeshError("expected at least one ring, got none")
-        require_simple(made, [f"ring {i}" for i in range(len(made))])
-        return cls(tuple((made[i], tuple(made[h] for h in holes)) for i, holes in nested(made)))
+        return cls(Parts.from_rings(_rings("rings", rings)).each)
 
     @classmethod
     def read(
@@ -231,18 +211,7 @@ class Plan(ReadOnly):
         >>> print(f"{Plan.bulge((0, 0), (1, -1), (2, 0)):.6f}")
         1.000000
         """
-        pairs = {"start": start, "through": through, "end": end}
-        a, m, b = (np.array(checked_pair(name, x)) for name, x in pairs.items())
-        size = np.hypot(*(b - a))
-        if size == 0 or min(np.hypot(*(m - a)), np.hypot(*(m - b))) <= SAME * size:
-            raise ValueError("expected three points that differ from each other for an arc")
-        bulge = bulge_through(a, m, b)
-        if (m - a) @ (m - b) > 0 and (bulge == 0 or abs(bulge) > WHOLE):
-            raise ValueError(
-                f"expected a point between start and end for through, got {place(m)} beyond them "
-                "on their line, where no arc leads"
-            )
-        return bulge
+        return bulge_of(start, through, end)
 
     def __add__(self, other: "Plan") -> "Plan":
         """The parts of both plans, which must not meet."""
@@ -261,7 +230,7 @@ class Plan(ReadOnly):
             If the plan gets too far from (0, 0) for its size.
         """
         shift = np.array(checked_pair("vector", vector))[:, None]
-        return self._mapped(lambda x: x + shift)
+        return Plan(Parts(self.parts).mapped(lambda x: x + shift))
 
     def scaled(self, factor: float) -> "Plan":
         """The plan with all coordinates multiplied, as by 1e-3 from millimetres to metres.
@@ -272,67 +241,43 @@ class Plan(ReadOnly):
             If the factor is no number, or not positive.
         """
         factor = checked_size("factor", factor)
-        return self._mapped(lambda x: factor * x)
-
-    def _mapped(self, move: Any) -> "Plan":
-        def moved(ring: Ring) -> Ring:
-            return Ring(readonly(move(ring.corners)), ring.bulges)
-
-        return Plan(tuple((moved(o), tuple(map(moved, holes))) for o, holes in self.parts))
+        return Plan(Parts(self.parts).mapped(lambda x: factor * x))
 
     @property
     def rings(self) -> list[Ring]:
         """Outline and holes, part by part."""
-        return [ring for outline, holes in self.parts for ring in (outline, *holes)]
+        return Parts(self.parts).rings
 
     @computed_once
     def area(self) -> float:
         """Area."""
-        return float(sum(sign * ring.area for sign, ring in self._signed))
+        return Parts(self.parts).area
 
     @computed_once
     def centroid(self) -> ndarray:
         """Centre of area, shape (2,)."""
-        middle = self.bounds.mean(axis=1)
-        moments = sum(
-            sign * (ring.first_moments - ring.area * middle) for sign, ring in self._signed
-        )
-        return readonly(middle + moments / self.area)
-
-    @property
-    def _signed(self) -> list[tuple[int, Ring]]:
-        return [
-            (sign, ring)
-            for outline, holes in self.parts
-            for sign, ring in ((1, outline), *((-1, hole) for hole in holes))
-        ]
+        return Parts(self.parts).centroid
 
     @computed_once
     def bounds(self) -> ndarray:
         """Lower left and upper right corner of the plan as columns, shape (2, 2)."""
-        boxes = np.hstack([outline.box for outline, _ in self.parts])
-        return readonly(np.stack([boxes.min(axis=1), boxes.max(axis=1)], axis=1))
+        return Parts(self.parts).bounds
 
     @computed_once
     def hull(self) -> ndarray:
         """Corners of the plan's convex hull, many on arcs, the farthest along the axes among them,
         counter-clockwise; shape (2, k)."""
-        sides = [outline.sides for outline, _ in self.parts]
-        points = np.hstack([part for s in sides for part in (s.around(), s.extremes())])
-        return readonly(convex_hull(points))
+        return Parts(self.parts).hull
 
     @property
     def corners(self) -> ndarray:
         """Corners of all rings, where their direction changes; shape (2, k)."""
-        return readonly(np.hstack([r.corners[:, np.abs(r.turns) > SMOOTH] for r in self.rings]))
+        return Parts(self.parts).corners
 
     @property
     def corner_angles(self) -> ndarray:
         """Angles of the plan in its `corners`, in radians, above pi if re-entrant; (k,)."""
-        angles = [
-            np.pi - sign * ring.turns[np.abs(ring.turns) > SMOOTH] for sign, ring in self._signed
-        ]
-        return readonly(np.concatenate(angles))
+        return Parts(self.parts).corner_angles
 
     def contains(self, x: ArrayLike) -> ndarray:
         """Whether points of shape (2, ...) lie in the plan; on its edge either way.
@@ -347,10 +292,7 @@ class Plan(ReadOnly):
         >>> Plan.circle((0, 0), 1.0).contains([[0.0, 2.0], [0.5, 0.0]])
         array([ True, False])
         """
-        x = checked_array("x", x, (2, "..."))
-        flat = x.reshape(2, -1)
-        inside = sum(sign * ring.sides.winding(flat) for sign, ring in self._signed)
-        return np.asarray(inside > 0).reshape(x.shape[1:])
+        return Parts(self.parts).contains(checked_array("x", x, (2, "...")))
 
     def mesh(
         self, size: float | None = None, n: int | None = None, *, graded: float | None = None
@@ -432,66 +374,26 @@ class Plan(ReadOnly):
         return draw_plan(self, ax)
 
     def __repr__(self) -> str:
-        circles = sum(ring.is_circle for ring in self.rings)
-        others = [ring for ring in self.rings if not ring.is_circle]
-        arcs = sum(int(np.count_nonzero(ring.sides.curved)) for ring in others)
-        straight = sum(len(ring.bulges) for ring in others) - arcs
-        counts = {"straight": straight, "arc": arcs, "circle": circles}
-        kinds = [
-            f"{count} {word}{'s' * (count != 1 and word != 'straight')}"
-            for word, count in counts.items()
-            if count
-        ]
         (left, right), (bottom, top) = self.bounds
         x, y = self.centroid
         return (
             "<skfem_dual Plan object>\n"
             f"  Parts: {len(self.parts)}, holes: {len(self.rings) - len(self.parts)}\n"
-            f"  Sides: {', '.join(kinds)}\n"
+            f"  Sides: {Parts(self.parts).kinds_of_sides}\n"
             f"  Area: {self.area:.6g}\n"
             f"  Centroid: ({x:.10g}, {y:.10g})\n"
             f"  Extent: {left:.10g} to {right:.10g}, {bottom:.10g} to {top:.10g}"
         )
 
 
-def _part(value: Any) -> Part:
-    """A part as it should be."""
-    match value:
-        case [Ring() as outline, [*holes]] if all(isinstance(hole, Ring) for hole in holes):
-            return outline, tuple(holes)
-    raise TypeError(
-        "expected a Ring and a tuple of Rings, its holes, for each of the parts of a Plan, got "
-        f"{shown(value)}. Remedy: Plan.from_polygon(corners)"
-    )
-
-
-def _names(parts: Sequence[Part]) -> list[list[str]]:
-    """What the rings are called in messages."""
-    several = len(parts) > 1
-    return [
-        [
-            f"the outline of part {i}" if several else "the outline",
-            *(f"hole {h}" + f" of part {i}" * several for h in range(len(holes))),
-        ]
-        for i, (_, holes) in enumerate(parts)
-    ]
-
-
-def _made(name: str, values: Any) -> tuple[Ring, ...]:
+def _rings(name: str, values: Any) -> tuple[Ring, ...]:
     """Rings from a sequence of their corners, or of plans."""
-    items = checked_sequence(name, values)
-    return tuple(_hole(f"{name}[{i}]", value) for i, value in enumerate(items))
+    items = enumerate(checked_sequence(name, values))
+    return tuple(_ring(f"{name}[{i}]", value) for i, value in items)
 
 
-def _hole(name: str, value: Any) -> Ring:
+def _ring(name: str, value: Any) -> Ring:
     """A ring from its corners, or from a plan."""
-    if isinstance(value, Ring):
-        return value
-    if not isinstance(value, Plan):
-        return ring_of(name, value, None)
-    if len(value.rings) != 1:
-        raise ValueError(
-            f"expected a Plan of one part without holes for {name}, got {len(value.parts)} parts "
-            f"with {len(value.rings) - len(value.parts)} holes"
-        )
-    return value.rings[0]
+    if isinstance(value, Plan):
+        return Parts(value.parts).only_ring(name)
+    return value if isinstance(value, Ring) else ring_of(name, value, None)
