@@ -17,7 +17,7 @@ from time import perf_counter, process_time
 import numpy as np
 
 from skfem_dual import HalfSpace, Load, Plan, solve_plan
-from skfem_dual.plans.search import FIRST, LARGEST_STEP, Problem
+from skfem_dual.plans.problem import FIRST, LARGEST_STEP, Problem
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from random_plans import error, in_plan, random_case

@@ -276,6 +276,8 @@ LAYERS = [
         "plans.drawn_curves",
         "plans.drawings",
         "plans.read",
+        "plans.problem",
+        "plans.governing",
         "plans.search",
         "plans.solve",
     ],

@@ -23,7 +23,8 @@ from skfem_dual import (
 from skfem_dual.contact.exact import circle_settlement, circle_tilt
 from skfem_dual.contact.load import Load
 from skfem_dual.elements.resolution import crusted
-from skfem_dual.plans.search import Problem, governing
+from skfem_dual.plans.governing import governing
+from skfem_dual.plans.problem import Problem
 from skfem_dual.plans.solve import reached
 from skfem_dual.report.bodies import bodies_of
 from skfem_dual.report.details import Details

@@ -13,8 +13,9 @@ from ..errors import MeshWarning
 from ..ground.substrates import Substrate
 from ..plans.corners import ring_of
 from ..plans.drawings import unit_of_drawing
+from ..plans.governing import governing
+from ..plans.problem import Problem
 from ..plans.read import SUFFIXES
-from ..plans.search import Problem, governing
 from ..plans.solve import reached
 from ..plans.tables import corners_of_text, unit_of_table
 from ..units import LENGTHS, Units

@@ -11,7 +11,8 @@ from ..messages import place
 from ..operators.resources import available_memory
 from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
-from .search import Accuracy, Attempt, Problem, search
+from .problem import Attempt, Problem
+from .search import Accuracy, search
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
