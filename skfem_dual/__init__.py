@@ -60,9 +60,9 @@ from .solutions.below import (
 )
 from .solutions.bounds import Bounds
 from .solutions.cases_solution import CasesSolution, Extreme
+from .solutions.edge_coefficient import EdgeCoefficient
 from .solutions.elastic_solution import ElasticSolution
 from .solutions.group_solution import PunchesSolution
-from .solutions.pressures import EdgeCoefficient
 from .solutions.punch_solution import PunchSolution
 from .sweeps.run import Outcome, SweepResult, sweep
 

@@ -196,6 +196,8 @@ LAYERS = [
         "contact.motions",
     ],
     [
+        "solutions.edge_coefficient",
+        "solutions.inside_cells",
         "solutions.pressures",
         "solutions.bearing",
         "solutions.bounds",

@@ -15,16 +15,15 @@ from ..contact.period import nodes_alike
 from ..contact.pressed import Pressed, settlement
 from ..contact.region import ContactRegion
 from ..elements.balance import balanced
-from ..elements.curvature import Curvature
 from ..elements.influence import flat_points
 from ..elements.line_weights import LineWeights
-from ..grids.cellwise import nodal_mesh, nodal_values
 from ..grids.lattice import Lattice
-from ..grids.planar import contours
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..kernels.once import ReadOnly, computed_once
 from ..messages import shown
+from .edge_coefficient import EdgeCoefficient, coefficient_of
+from .inside_cells import InsideCells
 
 #: distances over the extent of the plan that are printed as zero
 ROUNDING = 1e-12
@@ -71,7 +70,12 @@ class CellPressures(ReadOnly):
     @computed_once
     def slopes(self) -> ndarray:
         """Slopes of the pressure over the law of the edge in each cell, see `Slopes`; (2, n)."""
-        return readonly(self.footprint.slopes_of(self.pressure))
+        return self._inside.slopes
+
+    @computed_once
+    def _inside(self) -> InsideCells:
+        """The pressure inside the cells."""
+        return InsideCells(self.footprint, self.pressure, self.line)
 
     @property
     def all_pressures(self) -> tuple[tuple[Footprint, ndarray], ...]:
@@ -181,26 +185,7 @@ class CellPressures(ReadOnly):
             If they are no points, or not finite.
         """
         x, shape = flat_points(x)
-        inside, cell, factor = self.footprint.pressure_factors(x)
-        inner = self._over_law(cell, x[:, inside])
-        out = np.zeros(x.shape[1])
-        out[inside] = np.where(inner == 0, 0.0, factor) * inner
-        return out.reshape(shape)
-
-    @computed_once
-    def _curvature(self) -> Curvature | None:
-        """How smooth pressures bend inside the cells: of those found with a line of contact."""
-        slopes = self.footprint.slopes
-        if self.line is None or slopes is None:
-            return None
-        return Curvature.of(slopes, self.pressure)
-
-    def _over_law(self, cell: ndarray, x: ndarray) -> ndarray:
-        """Pressure over ``w / mean(w)`` in some cells, at points of shape (2, ...)."""
-        arm = x - self.footprint.acting[:, cell]
-        if self._curvature is not None:
-            return self.pressure[cell] + self._curvature.rise(cell, arm)
-        return self.pressure[cell] + np.sum(self.slopes[:, cell] * arm, axis=0)
+        return self._inside.at_points(x).reshape(shape)
 
     def load_vector(
         self,
@@ -306,31 +291,19 @@ class CellPressures(ReadOnly):
             If there are too few nodes to carry force and moments without tension.
         """
         conserve = checked_flag("conserve", conserve)
-        basis, weights = self.footprint.basis, self.footprint.weights
-        pressure = self.pressure
-        if weights is not None:
-            # the nodes of the mesh are the first points of a fan; dual cell i is that of node i
-            mesh, on_dual = nodal_mesh(basis), self.footprint.on_dual_cells
-            nodes = np.arange(len(pressure)) if on_dual else mesh.t
-            cells = np.broadcast_to(np.arange(len(pressure)), nodes.shape)
-            own, root = weights.weighted[cells], np.full(nodes.shape, np.inf)
-            root[own] = weights.root[weights.fan.places(nodes[own])]
-            inner = (root > 1e-9 * weights.root.max()) | (self.line is not None)
-            inside = self._over_law(cells, mesh.p[:, nodes])
-            pressure = np.where(inner, weights.relative(cells, root) * inside, pressure)
-        nodal, values = nodal_values(basis, pressure)
+        nodal, values = self._inside.at_nodes()
         if isinstance(self.footprint.substrate, PeriodicGround):
             lattice = cast(Lattice, self.footprint.partition.lattice)
             return nodal, nodes_alike(lattice, nodal.mesh.p, values)
         if conserve:
-            part = None
+            part, weights = None, self.footprint.weights
             if weights is not None and self.line is None:
                 part = np.zeros(len(values), dtype=bool)
                 part[nodal.mesh.facets[:, weights.facets]] = True
             values = balanced(nodal, values, self.resultant, self.footprint.origin, part)
         return nodal, values
 
-    def edge_coefficient(self) -> "EdgeCoefficient":
+    def edge_coefficient(self) -> EdgeCoefficient:
         """Strength of the pressure's singularity along the edge, the limit of ``p sqrt(d)``.
 
         Raises
@@ -343,30 +316,8 @@ class CellPressures(ReadOnly):
             raise ValueError(
                 'expected a punch with edge="singular", got constant pressures at the edge'
             )
-        partition = self.footprint.partition
-        cells = partition.f2c[0, weights.ribs]
-        contour, order = contours(partition.facets[:, weights.ribs], cells)
-        ribs, cells = weights.ribs[order], cells[order]
-        a, b = partition.ends(ribs)
-        end = np.cumsum(np.hypot(*(b - a)))
-        begin = np.append(0, end[:-1])
-        # a cell may own several ribs in a row: one value halfway along them
-        first = np.nonzero((np.diff(cells, prepend=-1) != 0) | (np.diff(contour, prepend=-1) != 0))
-        last = np.append(first[0][1:], len(ribs)) - 1
-        halfway = (begin[first] + end[last]) / 2
-        rib = np.searchsorted(end, halfway)
-        s = (halfway - begin[rib]) / (end[rib] - begin[rib])
-        contour, cells = contour[first], cells[first]
-        starts = begin[first][np.searchsorted(contour, contour)]
-        x = a[:, rib] + s * (b - a)[:, rib]
-        slopes = self.slopes[:, cells] * (x - weights.centroids[:, cells])
-        pressure = self.pressure[cells] + slopes.sum(axis=0)
-        return EdgeCoefficient(
-            x=readonly(x),
-            values=readonly(pressure / weights.mean[cells]),
-            contour=readonly(contour),
-            arc=readonly(halfway - starts),
-        )
+        cells = self.footprint.partition
+        return coefficient_of(cells, weights, self.pressure, self.slopes)
 
     def table(self) -> dict[str, str]:
         """Rows of ``repr`` by their names, without what may be had on demand."""
@@ -442,26 +393,3 @@ class CellPressures(ReadOnly):
         from ..visuals.notebook import solution_html
 
         return solution_html(self)
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeCoefficient(ReadOnly):
-    """Limit of ``p sqrt(d)`` at the edge, d the distance to it, along the contours of a plan.
-
-    Attributes
-    ----------
-    x : (2, k) array of float
-        Points on the edge, one for each cell there, in order along each contour, the plan to
-        the left.
-    values : (k,) array of float
-        The coefficient there, pressure times the square root of a length.
-    contour : (k,) array of int
-        Number of the contour, ascending.
-    arc : (k,) array of float
-        Length of the contour up to there.
-    """
-
-    x: ndarray
-    values: ndarray
-    contour: ndarray
-    arc: ndarray

@@ -10,7 +10,7 @@ import numpy as np
 from ..arguments import checked_instance, checked_text
 from ..bodies.paths import MomentRotation
 from ..bodies.punch import RigidPunch
-from ..solutions.pressures import EdgeCoefficient
+from ..solutions.edge_coefficient import EdgeCoefficient
 from .axes import diagram, draw_segments, inked, legend_below, letter, prepared
 from .field import Field
 from .offscreen import one_at_a_time
