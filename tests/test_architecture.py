@@ -147,6 +147,7 @@ LAYERS = [
         "operators.toeplitz",
         "operators.resources",
         "operators.attempts",
+        "operators.discretisation",
         "operators.influence_operator",
         "operators.factors",
         "operators.known_entries",

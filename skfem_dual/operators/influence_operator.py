@@ -22,19 +22,14 @@ from ..arguments import (
     checked_number,
 )
 from ..elements.edge_weights import EdgeWeights
-from ..elements.flexible import cells_of
 from ..elements.influence import as_points
-from ..elements.resolution import require_sizes
 from ..elements.slopes import Slopes
-from ..grids.lattice import Lattice
-from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround, checked_ground
-from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
 from ..messages import shown
 from .attempts import COARSEST, ROWS, product, within
+from .discretisation import Discretisation
 from .entries import EXACT, Entries
 from .fmm.summation import SINGLE, FastSummation
 from .resources import choose, require_matrix
@@ -144,20 +139,13 @@ class InfluenceOperator(LinearOperator):
                 f"expected a tolerance of at least {EXACT:g} of the fast summation, got {rtol:g}. "
                 'Remedy: method="dense"'
             )
-        basis = cells_of(basis)
-        partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
-        self._ground = ground = _ground(substrate, partition, edge)
-        weights, slopes = _law(ground, basis, partition, edge)
-        if weights is not None:
-            require_sizes(partition)
-        x = readonly(_points(partition, collocation))
+        made = Discretisation.of(substrate, basis, edge, collocation)
+        ground, partition, weights, slopes, x = made
         m, n = x.shape[1], len(partition)
-        if m == 0:
-            raise ValueError("expected at least one point to settle, got none")
         super().__init__(np.dtype(float), (m, n))
         self.substrate, self.partition, self.x = substrate, partition, x
-        self.weights, self.slopes = weights, slopes
-        lattice = self._lattice
+        self._ground, self.weights, self.slopes = ground, weights, slopes
+        lattice = made.lattice
         if method == "toeplitz" and lattice is None:
             raise ValueError(
                 'expected constant pressures on a regular grid of cells for method="toeplitz", '
@@ -246,14 +234,6 @@ class InfluenceOperator(LinearOperator):
     @property
     def _law(self) -> EdgeWeights | Slopes | None:
         return self.weights if self.slopes is None else self.slopes
-
-    @property
-    def _lattice(self) -> Lattice | None:
-        """The regular grid on which the matrix is Toeplitz."""
-        even = self.weights is None and self.slopes is None
-        if even and np.array_equal(self.x, self.partition.centroids):
-            return self.partition.lattice
-        return None
 
     @property
     def toeplitz(self) -> BlockToeplitz | None:
@@ -406,56 +386,3 @@ class InfluenceOperator(LinearOperator):
             f"  Memory: {self.memory / 2**20:.4g} "
             f"MiB, set-up {self.setup_time:.2g} s (expected: {self.estimate})"
         )
-
-
-def _ground(
-    substrate: Substrate,
-    partition: Partition,
-    edge: Literal["singular", "constant"] | EdgeWeights | Slopes,
-) -> Substrate:
-    """The ground as cells of a singular edge see it, as under a `RigidPunch`."""
-    if not isinstance(edge, str) or edge != "singular":
-        return substrate
-    return seen_by(substrate, partition.areas[partition.f2c[0, edge_ribs(partition)]])
-
-
-def _law(
-    ground: Substrate,
-    basis: CellBasis | Partition,
-    partition: Partition,
-    edge: Literal["singular", "constant"] | EdgeWeights | Slopes,
-) -> tuple[EdgeWeights | None, Slopes | None]:
-    """How the pressure varies inside cells; None if it does not."""
-    if isinstance(edge, Slopes):
-        law: Any = "constant" if edge.weights is None else edge.weights
-        return _law(ground, basis, partition, law)[0], edge
-    if isinstance(edge, EdgeWeights):
-        if len(edge.mean) != len(partition):
-            raise ValueError(
-                f"expected weights of {len(partition)} cells for edge, got {len(edge.mean)}"
-            )
-        return edge, None
-    if not isinstance(edge, str) or edge not in ("singular", "constant"):
-        raise ValueError(
-            f'expected edge "singular" or "constant", or EdgeWeights, got {shown(edge)}'
-        )
-    if edge == "constant":
-        return None, None
-    if isinstance(basis, Partition):
-        raise ValueError(
-            'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
-            "a basis, whose mesh tells the weights"
-        )
-    weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), ground)
-    return weights, Slopes.from_weights(weights)
-
-
-def _points(partition: Partition, collocation: Literal["centroid", "node"] | ndarray) -> ndarray:
-    """Field points, shape (2, m)."""
-    if not isinstance(collocation, str):
-        return as_points(collocation)
-    if collocation not in ("centroid", "node"):
-        raise ValueError(
-            f'expected collocation "centroid" or "node", or points, got {collocation!r}'
-        )
-    return partition.nodes if collocation == "node" else partition.centroids
