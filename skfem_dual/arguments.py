@@ -5,13 +5,14 @@ byte order. Messages name the argument, what was expected and what came.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy import ndarray
 
-from .messages import apart, shown
+from .messages import shown
+from .numeric import array_of, place_of, require_shape, require_unmasked, require_within, scalar
 
 Pair = tuple[float, float]
 #: sizes beyond these powers of ten are refused: products of three of them must remain numbers
@@ -60,14 +61,14 @@ def checked_number(
     """
     require_unmasked(name, value)
     try:
-        number = float(_scalar(value, "__float__"))
+        number = float(scalar(value, "__float__"))
     except (TypeError, ValueError):
         raise TypeError(f"expected a number for {name}, got {shown(value)}") from None
     except OverflowError:
         raise ValueError(f"expected a finite {name}, got {shown(value)}") from None
     if not math.isfinite(number):
         raise ValueError(f"expected a finite {name}, got {number}")
-    _require_within(name, number, above, at_least, below, at_most)
+    require_within(name, number, above, at_least, below, at_most)
     if above == 0 and number < np.finfo(float).tiny:
         raise ValueError(f"expected {name} of at least {np.finfo(float).tiny:.3g}, got {number!r}")
     return number
@@ -101,10 +102,10 @@ def checked_integer(
     """
     require_unmasked(name, value)
     try:
-        number = int(_scalar(value, "__index__"))
+        number = int(scalar(value, "__index__"))
     except (TypeError, ValueError):
         raise TypeError(f"expected an integer for {name}, got {shown(value)}") from None
-    _require_within(name, number, None, at_least, None, at_most)
+    require_within(name, number, None, at_least, None, at_most)
     return number
 
 
@@ -196,14 +197,14 @@ def checked_array(
     Traceback (most recent call last):
     ValueError: expected finite pressure, got inf at cell 1
     """
-    array = _numeric(name, value, "iuf", "numbers")
+    array = array_of(name, value, "iuf", "numbers")
     if shape is not None:
-        _require_shape(name, array, shape, least, error)
+        require_shape(name, array, shape, least, error)
     with np.errstate(over="ignore"):  # of long doubles, found below
         array = np.asarray(array, dtype=float, order=order)
     if not np.isfinite(array).all():
         i = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise error(f"expected finite {name}, got {float(array[i])} at {_place(i, each)}")
+        raise error(f"expected finite {name}, got {float(array[i])} at {place_of(i, each)}")
     return array
 
 
@@ -233,12 +234,12 @@ def checked_indices(
     ValueError
         If it has another shape, or an index is out of range: the first place is named.
     """
-    array = _numeric(name, value, "iu", "integers")
-    _require_shape(name, array, shape, 0, error)
+    array = array_of(name, value, "iu", "integers")
+    require_shape(name, array, shape, 0, error)
     if ((array < least) | (array >= size)).any():
         i = tuple(int(k) for k in np.argwhere((array < least) | (array >= size))[0])
         allowed = f"from {least} to {size - 1}" if size else "of nothing"
-        raise error(f"expected {name} {allowed}, got {array[i]} at {_place(i, each)}")
+        raise error(f"expected {name} {allowed}, got {array[i]} at {place_of(i, each)}")
     return np.asarray(array, dtype=np.intp, order="C")
 
 
@@ -265,15 +266,9 @@ def checked_mask(
     name: str, value: Any, shape: tuple[int, ...], *, error: type[ValueError] = ValueError
 ) -> ndarray:
     """``value`` as booleans of the shape given; errors as `checked_array`."""
-    array = _numeric(name, value, "b", "booleans")
-    _require_shape(name, array, shape, 0, error)
+    array = array_of(name, value, "b", "booleans")
+    require_shape(name, array, shape, 0, error)
     return np.asarray(array, dtype=bool, order="C")
-
-
-def require_unmasked(name: str, value: Any) -> None:
-    """Refuse masked values, a number too, with a ValueError: numpy forgets that they are."""
-    if np.ma.is_masked(value):
-        raise ValueError(f"expected {name} without masked values, got some. Remedy: fill them")
 
 
 def checked_text(name: str, value: Any) -> str:
@@ -350,100 +345,3 @@ def checked_choice(name: str, value: Any, choices: Iterable[str]) -> str:
     if f'"{value}"' not in (*rest, last):
         raise ValueError(f"expected {name} {words}, got {shown(value)}")
     return value
-
-
-def _scalar(value: Any, protocol: str) -> Any:
-    """``value`` if it may be turned into a plain number by ``protocol``, or a TypeError."""
-    if isinstance(value, (np.generic, ndarray)):
-        if value.ndim or value.dtype.kind not in ("iu" if protocol == "__index__" else "iuf"):
-            raise TypeError
-        return value.item()
-    kind = type(value)
-    if kind is bool or not (hasattr(kind, protocol) or hasattr(kind, "__index__")):
-        raise TypeError
-    return value
-
-
-def _require_within(
-    name: str,
-    number: float,
-    above: float | None,
-    at_least: float | None,
-    below: float | None,
-    at_most: float | None,
-) -> None:
-    inside = (
-        (above is None or number > above)
-        and (at_least is None or number >= at_least)
-        and (below is None or number < below)
-        and (at_most is None or number <= at_most)
-    )
-    if inside:
-        return
-    if isinstance(number, int):
-        got = shown(number)
-    else:  # not as the limit that it misses by little
-        got, *_ = apart(number, *(x for x in (above, at_least, below, at_most) if x is not None))
-    if above == 0 and below is at_most is None:
-        raise ValueError(f"expected a positive {name}, got {got}")
-    if at_least is not None and at_most is not None:
-        raise ValueError(f"expected {name} from {at_least:g} to {at_most:g}, got {got}")
-    limits = (
-        ("above", above),
-        ("of at least", at_least),
-        ("below", below),
-        ("of at most", at_most),
-    )
-    texts = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
-    raise ValueError(f"expected {name} {' and '.join(texts)}, got {got}")
-
-
-def _numeric(name: str, value: Any, kinds: str, wanted: str) -> ndarray:
-    """``value`` as an array of the kinds of dtype given, empty lists as well."""
-    try:
-        array = np.asarray(value)
-    except (TypeError, ValueError, OverflowError):  # lists of unequal lengths, and worse
-        raise TypeError(
-            f"expected {name} as an array of {wanted}, got {shown(value)}, of unequal parts"
-        ) from None
-    require_unmasked(name, value)
-    # an empty list is an array of floats
-    if array.dtype.kind not in kinds and (array.size or array.dtype.kind not in "iuf"):
-        raise TypeError(f"expected {name} as an array of {wanted}, got {_unlike(value, array)}")
-    return array
-
-
-def _unlike(value: Any, array: ndarray) -> str:
-    """What came instead of numbers; of lists the first item that is none."""
-    if array.dtype.kind == "O" and array.ndim:
-        for i, item in enumerate(array.ravel()):
-            if not isinstance(item, (int, float)) or isinstance(item, bool):
-                return f"{shown(item)} at {_place(np.unravel_index(i, array.shape), '')}"
-            if isinstance(item, int) and item.bit_length() > 63:
-                return f"{shown(item)} at {_place(np.unravel_index(i, array.shape), '')}"
-    return shown(value)
-
-
-def _require_shape(
-    name: str, array: ndarray, shape: tuple[int | str, ...], least: int, error: type[ValueError]
-) -> None:
-    sizes: dict[str, int] = {}
-    fits = array.ndim == len(shape) or (shape[-1:] == ("...",) and array.ndim >= len(shape) - 1)
-    fits = fits and all(
-        size == "..." or got == (sizes.setdefault(size, got) if isinstance(size, str) else size)
-        for size, got in zip(shape, array.shape)
-    )
-    if not fits:
-        text = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-        turned = array.ndim == 2 == len(shape) and array.shape[1] == shape[0]
-        remedy = ". Remedy: transpose it" if turned else ""
-        raise error(f"expected {name} of shape ({text}), got {array.shape}{remedy}")
-    if least and array.shape[-1] < least:
-        raise error(f"expected {name} with at least {least} items, got {array.shape[-1]}")
-
-
-def _place(index: Sequence[Any], each: str) -> str:
-    """Where in an array: the number of the item the last axis counts, or all indices."""
-    if each and len(index):
-        return f"{each} {int(index[-1])}"
-    return f"index {', '.join(str(int(k)) for k in index) or '()'}"

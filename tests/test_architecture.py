@@ -15,7 +15,7 @@ ROOT = Path(skfem_dual.__file__).parent
 # a module imports modules of lower layers, or of its own layer in the order below
 LAYERS = [
     ["startup"],
-    ["errors", "messages", "arguments", "units"],
+    ["errors", "messages", "numeric", "arguments", "units"],
     [
         "kernels.disk",
         "kernels.compiled",

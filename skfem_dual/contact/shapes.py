@@ -15,10 +15,10 @@ from ..arguments import (
     checked_number,
     checked_pair,
     checked_size,
-    require_unmasked,
 )
 from ..elements.transfer import evaluate
 from ..messages import apart, place, shown
+from ..numeric import require_unmasked
 
 Gap = Callable[[ndarray], ndarray] | ndarray | tuple[CellBasis, ndarray]
 

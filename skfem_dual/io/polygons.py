@@ -7,12 +7,13 @@ import numpy as np
 from numpy import ndarray
 from skfem import MeshTri
 
-from ..arguments import checked_instance, require_unmasked
+from ..arguments import checked_instance
 from ..errors import MeshError
 from ..grids.dual_mesh import DualMesh
 from ..grids.polygons import Polygons
 from ..ground.periodic import PeriodicGround
 from ..messages import shown
+from ..numeric import require_unmasked
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
