@@ -294,6 +294,7 @@ LAYERS = [
         "report.input",
         "report.results",
         "report.footing",
+        "report.footings",
         "report.bearing",
         "report.depth",
         "report.sliding",

@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.load import Share
-from ..messages import listed
 from .bearing import Borne, bearing_section, differences_section, points_section
 from .bodies import ReportedBody, between
 from .checks import (
@@ -20,30 +18,30 @@ from .checks import (
 )
 from .depth import depth_of_footing
 from .footing import Between, Footing
-from .input import edge_rule, extent_rows, ground_table, mesh_figure, said_of, signs_of_moments
+from .footings import (
+    footing_table,
+    loads_table,
+    pictures_of_footing,
+    resultants_section,
+    results_section,
+)
+from .input import ground_table, said_of, signs_of_moments
 from .numbers import Standing
 from .page import (
-    DASH,
-    NONE,
     Html,
     aligned,
     alone,
-    amount,
-    coordinate,
     joined,
     notice,
     number,
     one_to,
     paragraph,
     percent,
-    placed,
     section,
     short_list,
-    symbol,
     table,
-    titled,
 )
-from .results import in_words, isobars_figure, plan_figure, read
+from .results import read
 from .sliding import sliding_section
 from .structure import cautions_of as cautions_of_structure
 from .structure import columns_table, imposed_on, moments_section
@@ -72,18 +70,20 @@ def cases_sections(bodies: Sequence[ReportedBody], mesh_name: str, version: str)
     pairs = between(bodies)
     parts = [_notices(bodies), _in_short(bodies, pairs), _input(bodies, mesh_name)]
     parts += [
-        _results(body) if isinstance(body, Footing) else deflections_section(body)
+        results_section(body) if isinstance(body, Footing) else deflections_section(body)
         for body in bodies
     ]
     if footings:
-        parts.append(_resultants(footings))
+        parts.append(resultants_section(footings))
     parts += [moments_section(s.plate, s.cases, s.details.units, s.name) for s in structures]
     parts += [_envelope(bodies), bearing_of_bodies(bodies)]
     if footings:
         parts.append(points_section(footings))
     parts.append(differences_section(pairs, bodies[0].details.units))
     parts += [
-        _pictures(body) if isinstance(body, Footing) else pictures_section(body, CALLED)
+        pictures_of_footing(body, CALLED)
+        if isinstance(body, Footing)
+        else pictures_section(body, CALLED)
         for body in bodies
     ]
     parts += [sliding_section(footing) for footing in footings]
@@ -205,28 +205,13 @@ def _value(quantity: str, value: float, body: ReportedBody) -> Html:
 def _input(bodies: Sequence[ReportedBody], mesh_name: str) -> Html:
     units = bodies[0].details.units
     parts: list[Html] = []
-    for footing in bodies:
-        if isinstance(footing, Structure):
-            parts.append(structure_table(footing, footing.name or mesh_name))
-            parts.append(columns_table(footing.name, footing.columns, footing.standing))
-            continue
-        standing = footing.standing
-        if standing is None:
-            continue
-        punch = standing.solution.punch
-        rows: list[tuple] = [
-            ("Mesh", footing.name or mesh_name, NONE),
-            ("Cells with a pressure each", punch.grid_description, NONE),
-            ("Pressure inside the cells", edge_rule(punch), NONE),
-            *extent_rows(standing),
-            (
-                "Origin of settlement and moments",
-                placed(punch.origin, standing.size),
-                symbol(units.length),
-            ),
-        ]
-        parts.append(table(rows, (f"Footing {footing.name}".rstrip(), "", "Unit")))
-    loads = [_loads(body) for body in bodies if isinstance(body, Footing)]
+    for body in bodies:
+        if isinstance(body, Structure):
+            parts.append(structure_table(body, body.name or mesh_name))
+            parts.append(columns_table(body.name, body.columns, body.standing))
+        elif body.standing is not None:
+            parts.append(footing_table(body.name, body.standing, mesh_name, units))
+    loads = [loads_table(body) for body in bodies if isinstance(body, Footing)]
     columns = [c for b in bodies if isinstance(b, Structure) for c in b.columns]
     turned = any(any(column.moments) for column in columns)
     parts += [*loads, signs_of_moments()] if loads or turned else []
@@ -234,119 +219,6 @@ def _input(bodies: Sequence[ReportedBody], mesh_name: str) -> Html:
     said = "Forces, pressures and settlements are positive into the ground."
     parts.append(paragraph(said_of(units), said))
     return section("Input", *parts)
-
-
-def _loads(footing: Footing) -> Html:
-    cases, units = footing.cases, footing.details.units
-    size = 1.0 if footing.standing is None else footing.standing.size
-    rows = []
-    note, origin = NONE, np.array(cases.footprint.origin)
-    for name, load in zip(cases.names, cases.loads):
-        if isinstance(load, Share):
-            note = paragraph(
-                f"These are loads of {listed(load.names)} together, of which this footing takes "
-                "what is found."
-                if len(load.names) > 1
-                else "The frame takes part of these loads."
-            )
-            origin, load = np.array(load.origin), load.body
-        force = DASH if load.force is None else amount(load.force, units.force)
-        m1, m2 = load.moments or (0.0, 0.0)
-        at = np.array(load.at or (0.0, 0.0)) + origin
-        where = joined([placed(at, size)]) if load.tilt is None else DASH
-        moments = (amount(m, units.moment) if m else "0" for m in (m2, -m1))
-        moved = [DASH if load.settlement is None else amount(load.settlement, units.displacement)]
-        tilted = [DASH] * 2 if load.tilt is None else [amount(t, units.slope) for t in load.tilt]
-        rows.append((name, force, where, *moments, *moved, *tilted))
-    head = ["Case", f"Force [{units.force.symbol}]", f"acting at [{units.length.symbol}]"]
-    head += [f"M{axis} [{units.moment.symbol}]" for axis in "xy"]
-    motions = [f"W0 [{units.displacement.symbol}]"]
-    motions += [f"L{axis} [{units.slope.symbol}]" for axis in "xy"]
-    if all(cell == DASH for row in rows for cell in row[len(head) :]):
-        rows, motions = [row[: len(head)] for row in rows], []
-    head += motions
-    return joined([table(rows, head, f"Load cases {footing.name}".rstrip(), numeric=True), note])
-
-
-def _results(footing: Footing) -> Html:
-    cases, units = footing.cases, footing.details.units
-    sink, slope, pressure = units.displacement, units.slope, units.pressure
-    head = [
-        "Case",
-        f"Settlement of the origin [{sink.symbol}]",
-        f"Lx [{slope.symbol}]",
-        f"Ly [{slope.symbol}]",
-        f"Largest settlement [{sink.symbol}]",
-        f"Largest pressure [{pressure.symbol}]",
-        "In contact",
-    ]
-    kern = bool(np.isfinite(footing.kern_use).any())
-    head += ["Kern used"] if kern else []
-    rows = [
-        (
-            _shown(footing, k),
-            amount(cases.settlement[k], sink, 4),
-            *(amount(tilt, slope, 4) for tilt in footing.tilts[:, k]),
-            amount(cases.largest_settlement[k], sink, 4),
-            amount(cases.largest_pressure[k], pressure, 4),
-            percent(cases.contact_share[k]),
-            *([percent(footing.kern_use[k])] if kern else []),
-        )
-        for k in range(len(cases))
-    ]
-    return section(
-        titled("Results", footing.name),
-        table(rows, head, "", numeric=True),
-        paragraph(
-            "The base settles by W0 + Lx x + Ly y, with x and y from the origin.",
-            " Kern used is the distance of the resultant from the centroid over that of the "
-            "kern's edge: up to 100 % the whole base keeps contact."
-            if kern
-            else "",
-        ),
-    )
-
-
-def _shown(footing: Footing, k: int) -> str:
-    """The name of a case, and whether it lacks a solution."""
-    return f"{footing.names[k]}{'' if footing.success[k] else ' (NO SOLUTION)'}"
-
-
-def _resultants(footings: Sequence[Footing]) -> Html:
-    """Where they act in each case, and how far that is from trouble."""
-    length = footings[0].details.units.length.symbol
-    kern = any((~np.isnan(footing.lift_off_reserve)).any() for footing in footings)
-    head = ["Case", f"The resultant acts at [{length}]", *(f"e{c} [{length}]" for c in "xy")]
-    head += [f"Distance to the edge of the convex hull [{length}]"]
-    head += ["Reserve against lifting off"] if kern else []
-    head += ["Reserve against overturning"]
-    rows = []
-    for footing in footings:
-        size = float(np.ptp(footing.hull, axis=1).max())
-        eccentric = footing.resultants - np.array(footing.plan.origin)[:, None]
-        reserves = [footing.lift_off_reserve] if kern else []
-        reserves += [footing.overturning_reserve]
-        rows += [
-            (
-                footing.called(_shown(footing, k)),
-                placed(footing.resultants[:, k], size),
-                *(coordinate(e, size) for e in eccentric[:, k]),
-                number(footing.edge_distance[k]),
-                *("∞" if reserve[k] == np.inf else number(reserve[k], 3) for reserve in reserves),
-            )
-            for k in range(len(footing.names))
-        ]
-    lifting = "leaves the kern (1 or more: whole base in contact) or " if kern else ""
-    return section(
-        "Resultants",
-        table(rows, head, "", numeric=True),
-        paragraph(
-            "ex and ey are the eccentricities from the origin. The reserves tell how many times "
-            "the distance of the resultant from the centroid of the plan may grow, under the "
-            f"same force, until it {lifting}reaches the edge of the convex hull of the plan (1: "
-            "it turns over); ∞ where it acts in the centroid."
-        ),
-    )
 
 
 def _envelope(bodies: Sequence[ReportedBody]) -> Html:
@@ -386,25 +258,3 @@ def _balance(bodies: Sequence[ReportedBody]) -> Html:
             "body. Loads have a dash where what holds the body takes part of them."
         ),
     )
-
-
-def _pictures(footing: Footing) -> Html:
-    """Mesh and plan, and isobars of the cases that govern."""
-    standing = footing.standing
-    if standing is None:
-        return NONE
-    parts = [
-        mesh_figure(standing.solution, standing),
-        plan_figure(standing, "The plan with its corners", footing.wanted),
-    ]
-    numbers = {} if footing.extremes else {footing.governing: ["the largest pressure"]}
-    for extreme in footing.extremes:
-        if extreme.quantity == "contact_share" and extreme.value >= 1:
-            continue  # that of any case
-        numbers.setdefault(extreme.number, []).append(CALLED[extreme.quantity].lower())
-    for k, what in numbers.items():
-        if (shown := footing.standings[k]) is None:
-            continue
-        why = f"Case {footing.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
-        parts.append(isobars_figure(shown.solution, shown, why))
-    return section(titled("Pressure of the governing cases", footing.name), *parts)
