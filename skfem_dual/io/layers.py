@@ -4,7 +4,7 @@ import re
 from itertools import pairwise
 from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..messages import apart, one_line
 from ..units import Units
@@ -50,6 +50,8 @@ SHOWN = {"young": "E", "shear": "G", "poisson": "nu"}
 PLACES = ({"thickness"}, {"depth"}, {"top"}, {"bottom"}, {"top", "bottom"})
 
 Row = tuple[str, dict[str, float]]
+#: where a row of a table is, and its cells
+Cells = tuple[str, list[str]]
 
 
 def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
@@ -68,66 +70,91 @@ def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
     factors = {
         i: unit_factor(heads[i], QUANTITY.get(kind, ""), units, top) for kind, i in columns.items()
     }
-
-    def number(row: tuple[str, list[str]], kind: str) -> float:
-        (where, cells), i = row, columns[kind]
-        return factors[i] * cell_number(cells[i], SHOWN.get(kind, kind), where, LEAST, MOST)
-
-    def moduli(row: tuple[str, list[str]]) -> dict[str, float]:
-        poisson = number(row, "poisson")
-        if "young" in columns:
-            return {"young": number(row, "young"), "poisson": poisson}
-        return {"young": 2 * number(row, "shear") * (1 + poisson), "poisson": poisson}
-
     if "depth" in columns:  # of the tops, if it begins at the surface
         i = columns.pop("depth")
         columns["top" if re.fullmatch(r"0*\.?0*", rows[0][1][i] or "-") else "bottom"] = i
+    numbers = _Numbers(columns, factors)
+    below = _below(numbers, rows)
+    layers = [
+        (row[0], {"thickness": high, **numbers.moduli(row)})
+        for row, high in zip(rows[:-1], _thicknesses(numbers, rows), strict=True)
+    ]
+    return layers, (rows[-1][0], below)
+
+
+class _Numbers(NamedTuple):
+    """In which columns numbers are, by what they measure, and what they are multiplied by."""
+
+    at: dict[str, int]
+    factors: dict[int, float]
+
+    @property
+    def ends(self) -> str:
+        """What tells where a layer ends."""
+        return "thickness" if "thickness" in self.at else "bottom"
+
+    def of(self, row: Cells, kind: str) -> float:
+        """The number of a row in the column of a kind."""
+        (where, cells), i = row, self.at[kind]
+        return self.factors[i] * cell_number(cells[i], SHOWN.get(kind, kind), where, LEAST, MOST)
+
+    def moduli(self, row: Cells) -> dict[str, float]:
+        """Young's modulus and Poisson's ratio."""
+        poisson = self.of(row, "poisson")
+        if "young" in self.at:
+            return {"young": self.of(row, "young"), "poisson": poisson}
+        return {"young": 2 * self.of(row, "shear") * (1 + poisson), "poisson": poisson}
+
+
+def _below(numbers: _Numbers, rows: list[Cells]) -> Any:
+    """What lies below the layers by the last row: its moduli, or the word for a rigid base."""
+    columns, ends = numbers.at, numbers.ends
     *above, (last, cells) = rows
-    ends = "thickness" if "thickness" in columns else "bottom"
     words = {columns[kind]: cells[columns[kind]].lower() for kind in columns}
     known = [w for i, w in words.items() if w not in (*OPEN, *RIGID) and i != columns.get("top")]
     # without moduli its name may be the word
     said = [*words.values(), *(() if known else map(str.lower, cells))]
-    below: Any = next((RIGID[word] for word in said if word in RIGID), None)
-    if below and not above:
-        raise ValueError(f"{last}: expected layers on the {below} base, got none")
-    if below and known:
+    base = next((RIGID[word] for word in said if word in RIGID), None)
+    if base and not above:
+        raise ValueError(f"{last}: expected layers on the {base} base, got none")
+    if base and known:
         raise ValueError(
             f"{last}: expected a rigid base, without thickness and moduli, got {known[0]} as "
             "well. Remedy: leave that empty, or leave out the word for a half-space below"
         )
-    if not below:
-        none = [SHOWN[k] for k in SHOWN if k in columns and not cells[columns[k]]]
-        if none:
-            raise ValueError(
-                f"{last}: expected {' and '.join(none)} of what lies below the layers, got none. "
-                "Remedy: its moduli, or the word rigid there"
-            )
-        below = moduli(rows[-1])
-        if ends in columns and cells[columns[ends]].lower() not in OPEN:
-            raise ValueError(
-                f"{last}: expected what lies below the layers, got one more. Remedy: a last line "
-                "without thickness, or the word rigid there"
-            )
+    if base:
+        return base
+    none = [SHOWN[k] for k in SHOWN if k in columns and not cells[columns[k]]]
+    if none:
+        raise ValueError(
+            f"{last}: expected {' and '.join(none)} of what lies below the layers, got none. "
+            "Remedy: its moduli, or the word rigid there"
+        )
+    moduli = numbers.moduli(rows[-1])
+    if ends in columns and cells[columns[ends]].lower() not in OPEN:
+        raise ValueError(
+            f"{last}: expected what lies below the layers, got one more. Remedy: a last line "
+            "without thickness, or the word rigid there"
+        )
+    return moduli
+
+
+def _thicknesses(numbers: _Numbers, rows: list[Cells]) -> list[float]:
+    """Of all rows but the last, each of which begins where the one above ends."""
+    columns, ends, above = numbers.at, numbers.ends, rows[:-1]
     if ends == "thickness":
-        thicknesses = [number(row, ends) for row in above]
-    else:
-        tops = [number(row, "top") for row in rows] if "top" in columns else [0.0]
-        bottoms = [number(row, "bottom") for row in above] if ends in columns else tops[1:]
-        depths = [0.0, *bottoms]
-        for (where, _), depth, given in zip(rows, depths, tops, strict=False):
-            if not isclose(depth, given, rel_tol=ROUNDING):
-                first, found = apart(depth, given)
-                raise ValueError(
-                    f"{where}: expected a layer from {first} on, where the one above ends or the "
-                    f"base of the footing is, got one from {found}"
-                )
-        thicknesses = [b - a for a, b in pairwise(depths)]
-    layers = [
-        (row[0], {"thickness": high, **moduli(row)})
-        for row, high in zip(above, thicknesses, strict=True)
-    ]
-    return layers, (last, below)
+        return [numbers.of(row, ends) for row in above]
+    tops = [numbers.of(row, "top") for row in rows] if "top" in columns else [0.0]
+    bottoms = [numbers.of(row, "bottom") for row in above] if ends in columns else tops[1:]
+    depths = [0.0, *bottoms]
+    for (where, _), depth, given in zip(rows, depths, tops, strict=False):
+        if not isclose(depth, given, rel_tol=ROUNDING):
+            first, found = apart(depth, given)
+            raise ValueError(
+                f"{where}: expected a layer from {first} on, where the one above ends or the "
+                f"base of the footing is, got one from {found}"
+            )
+    return [b - a for a, b in pairwise(depths)]
 
 
 def _columns(heads: list[Heading], where: str) -> dict[str, int]:
