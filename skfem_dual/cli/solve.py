@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from ..report.checks import DEFORMED
 from ..report.data import report_data
 from ..report.details import Details
 from ..report.footing import Footing
+from ..report.numbers import Standing
 from ..report.structures import Structure
 from ..terminal import as_typed, tell
 from ..units import Units
@@ -54,47 +55,13 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     require_names(options)
     require_one_load(options)
     require_report(options)
-    details, plates = _details(options), plates_of(options)
-    times: dict[str, float] = {}
-    impossible: dict[str, str] = {}
-    ground = ground_of(options)
-    grid = partial(grid_of_outline, options)
-    cases = read_loads(options)
-    bases = read_bases(options, ground, times, dict.fromkeys(plates, grid), cases)
-    begin = perf_counter()
-    solution: Any
-    punches: Sequence[RigidPunch | ElasticPunch]
-    if plates:
-        punches, solution, columns, impossible = solve_plates(
-            options, ground, bases, plates, cases
-        )
-        times["all"] = perf_counter() - begin
-        made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
-        details = replace(details, plates=made, columns=columns)
-    else:
-        punches = punches_of(options, ground, bases)
-        begin = perf_counter()
-        if cases is None:
-            solution = solve_one(options, punches[0])
-            times |= solution.timings
-        else:
-            solution = solve_cases(options, bases, punches, cases)
-            times |= punches[0].timings | {"all": perf_counter() - begin}
+    solved = _solved(options)
+    solution, bases, times = solved.solution, solved.bases, solved.times
+    details, impossible = solved.details, solved.impossible
     bodies = bodies_of(solution, _with_accuracy(details, bases))
     footings = [body for body in bodies if isinstance(body, Footing)]
     standings = [footing.standing for footing in footings if footing.standing is not None]
-    dense = sum(len(punch.partition) for punch in punches) <= DENSE
-    condition = None
-    if standings and isinstance(solution, PunchSolution) and dense:
-        condition = standings[0].solution.condition_number
-    if standings and (options.json or options.report or (dense and not options.quiet)):
-        begin = perf_counter()
-        for standing in standings:
-            _ = standing.bounds  # known from here on
-        times["bounds"] = perf_counter() - begin
-    if options.json or options.report:
-        for standing in standings:
-            _ = standing.kern  # which may warn
+    condition = _look_further(options, solved, standings)
     _tell_of_plates(bodies)
     before = len(options.warned)
     _tell_of_units(details, bodies)  # which reports say of themselves
@@ -114,6 +81,69 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     if isinstance(solution, PunchSolution):
         return code, solution_table(footings[0], bases[0], times, condition)
     return code, case_table(bodies, bases, times)
+
+
+class _Solved(NamedTuple):
+    """What was solved, with the punches, what they stand for, and the seconds of each step.
+
+    ``details`` have plates and columns, ``impossible`` messages of cases that plates cannot take.
+    """
+
+    solution: Any
+    punches: Sequence[RigidPunch | ElasticPunch]
+    bases: Sequence[Base]
+    details: Details
+    times: dict[str, float]
+    impossible: dict[str, str]
+
+
+def _solved(options: argparse.Namespace) -> _Solved:
+    """Footings, or plates, under one load or all cases."""
+    details, plates = _details(options), plates_of(options)
+    times: dict[str, float] = {}
+    ground = ground_of(options)
+    grid = partial(grid_of_outline, options)
+    cases = read_loads(options)
+    bases = read_bases(options, ground, times, dict.fromkeys(plates, grid), cases)
+    begin = perf_counter()
+    if plates:
+        punches, solution, columns, impossible = solve_plates(
+            options, ground, bases, plates, cases
+        )
+        times["all"] = perf_counter() - begin
+        made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
+        details = replace(details, plates=made, columns=columns)
+        return _Solved(solution, punches, bases, details, times, impossible)
+    rigid = punches_of(options, ground, bases)
+    begin = perf_counter()
+    found: Any
+    if cases is None:
+        found = solve_one(options, rigid[0])
+        times |= found.timings
+    else:
+        found = solve_cases(options, bases, rigid, cases)
+        times |= rigid[0].timings | {"all": perf_counter() - begin}
+    return _Solved(found, rigid, bases, details, times, {})
+
+
+def _look_further(
+    options: argparse.Namespace, solved: _Solved, standings: Sequence[Standing]
+) -> float | None:
+    """Compute here what tables and files tell beside the solution: bounds, whose time is told,
+    and kerns; the answer is the condition number, of one footing with a small matrix."""
+    dense = sum(len(punch.partition) for punch in solved.punches) <= DENSE
+    condition = None
+    if standings and isinstance(solved.solution, PunchSolution) and dense:
+        condition = standings[0].solution.condition_number
+    if standings and (options.json or options.report or (dense and not options.quiet)):
+        begin = perf_counter()
+        for standing in standings:
+            _ = standing.bounds  # known from here on
+        solved.times["bounds"] = perf_counter() - begin
+    if options.json or options.report:
+        for standing in standings:
+            _ = standing.kern  # which may warn
+    return condition
 
 
 def _tell_of_plates(bodies: Sequence[ReportedBody]) -> None:
