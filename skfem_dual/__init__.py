@@ -64,7 +64,8 @@ from .solutions.edge_coefficient import EdgeCoefficient
 from .solutions.elastic_solution import ElasticSolution
 from .solutions.group_solution import PunchesSolution
 from .solutions.punch_solution import PunchSolution
-from .sweeps.run import Outcome, SweepResult, sweep
+from .sweeps.outcomes import Outcome, SweepResult
+from .sweeps.run import sweep
 
 __version__ = "0.1.0"
 

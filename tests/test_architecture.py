@@ -284,7 +284,7 @@ LAYERS = [
         "plans.search",
         "plans.solve",
     ],
-    ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.run"],
+    ["sweeps.records", "sweeps.orphans", "sweeps.workers", "sweeps.outcomes", "sweeps.run"],
     [
         "report.details",
         "report.numbers",

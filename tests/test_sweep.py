@@ -51,8 +51,9 @@ from skfem_dual import (
 from skfem_dual.errors import warn
 from skfem_dual.grids.generate import rectangle
 from skfem_dual.sweeps import workers
+from skfem_dual.sweeps.outcomes import SweepResult
 from skfem_dual.sweeps.records import fingerprint, pickled, restored
-from skfem_dual.sweeps.run import SweepResult, _called, sweep
+from skfem_dual.sweeps.run import _called, sweep
 
 module = sys.modules["skfem_dual.sweeps.run"]
 LOADS = [dict(force=1.0, at=(e, 0.0)) for e in np.linspace(0, 0.4, 12)]

@@ -33,6 +33,8 @@ except ImportError:
     from pickle import Pickler
 
 Problem = Callable[..., Any]
+#: bodies of records by their keys, those of equal cases in order
+Stored = dict[bytes, deque[memoryview]]
 
 MARK = b"skfem_dual sweep\n"
 HEAD = struct.Struct("<Q32s")  # length and SHA-256 of what follows
@@ -59,7 +61,7 @@ def append(file: io.FileIO, entry: bytes) -> None:
         raise OSError(error.errno, error.strerror, str(file.name)) from error
 
 
-def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
+def read_records(path: Path) -> tuple[Stored, int]:
     """Bodies by their keys, and the number of bytes that are no whole record.
 
     Raises
@@ -68,7 +70,7 @@ def read_records(path: Path) -> tuple[dict[bytes, deque[memoryview]], int]:
         If the file was not written by `sweep`.
     """
     data = path.read_bytes() if path.exists() else b""
-    bodies: dict[bytes, deque[memoryview]] = {}
+    bodies: Stored = {}
     view, torn, at = memoryview(data), 0, 0
     while at < len(data):
         begin = at + len(MARK) + HEAD.size

@@ -5,22 +5,22 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 from types import FunctionType
 from typing import Any
 
-import numpy as np
-
 from ..arguments import checked_flag, checked_integer, checked_sequence
 from ..errors import ConvergenceWarning, warn
 from ..io.guarded import require_file
 from ..io.writing import PathLike
-from ..kernels.progress import progress_bar
-from ..messages import one_line, shown
+from ..kernels.progress import Bar, progress_bar
+from ..messages import shown
+from .outcomes import Outcome, SweepResult
 from .records import (
     Problem,
+    Stored,
     append,
     fingerprint,
     lasting,
@@ -29,131 +29,46 @@ from .records import (
     restored,
     restored_record,
 )
-from .workers import Job, all_answers, cores, error_text, ours
+from .workers import Answer, Job, all_answers, cores, error_text, ours
 
 #: workers and threads beyond this are a mistake
 MOST = 10_000
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What became of one case.
+@dataclass(eq=False)
+class _Course:
+    """Outcomes of cases as they come, told to a bar and to who asked for them."""
 
-    Attributes
-    ----------
-    number : int
-        Place of the case in the list.
-    case : object
-        The case.
-    result : object
-        What the problem returned; None if it failed.
-    error : str or None
-        The traceback if it failed.
-    seconds : float
-        Time of the case in its worker; NaN if it failed.
-    resumed : bool
-        Whether the result comes from the file.
-    """
+    cases: list[Any]
+    bar: Bar
+    on_result: Callable[[Outcome], Any] | None
+    outcomes: dict[int, Outcome] = field(default_factory=dict)
 
-    number: int
-    case: Any
-    result: Any = None
-    error: str | None = None
-    seconds: float = float("nan")
-    resumed: bool = False
+    def finish(
+        self, number: int, result: Any = None, seconds: float = float("nan"), **more: Any
+    ) -> None:
+        """The outcome of a case is known."""
+        outcome = Outcome(number, self.cases[number], result, seconds=seconds, **more)
+        self.outcomes[number] = outcome
+        self.bar.update()
+        if self.on_result is not None:
+            self.on_result(outcome)
 
+    def resume(self, keys: list[bytes], stored: Stored, problem: Problem, file: PathLike) -> None:
+        """The outcomes of cases whose results a file has."""
+        for number, key in enumerate(keys):
+            # equal cases have a record each: the problem may be random
+            if stored.get(key):
+                body = stored[key].popleft()
+                self.finish(number, *restored_record(body, problem, file), resumed=True)
+        stored.clear()
 
-def _without_traceback(text: str) -> str:
-    """What an error says in one line, by its traceback."""
-    lines = text.splitlines()
-    at = max((i for i, line in enumerate(lines) if line.startswith("  File ")), default=0)
-    while at < len(lines) and lines[at].startswith("  "):
-        at += 1
-    return one_line(" ".join(lines[at:]), 200)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class SweepResult:
-    """What became of all cases, in their order.
-
-    Attributes
-    ----------
-    outcomes : tuple of Outcome
-        One for each case.
-    torn : int
-        Bytes of the file that are no whole record, because writing was interrupted; their cases
-        have been run again.
-    timings : dict of str to float
-        Seconds of the sweep, and of all its cases in their workers.
-    """
-
-    outcomes: tuple[Outcome, ...]
-    torn: int
-    timings: dict[str, float]
-
-    @property
-    def results(self) -> list[Any]:
-        """Results in the order of the cases; None where a case failed."""
-        return [outcome.result for outcome in self.outcomes]
-
-    @property
-    def errors(self) -> dict[int, str]:
-        """Tracebacks of the cases that failed, by their numbers."""
-        return {o.number: o.error for o in self.outcomes if o.error is not None}
-
-    @property
-    def unsolved(self) -> dict[int, str]:
-        """What results say, by the numbers of the cases, whose own ``success`` is not True."""
-        return {o.number: _said(o.result) for o in self.outcomes if not _solved(o.result)}
-
-    @property
-    def success(self) -> bool:
-        """Whether no case failed, and no result says that it is none: ``success`` of its own."""
-        return not (self.errors or self.unsolved)
-
-    @property
-    def message(self) -> str:
-        """How many cases failed or are not solved, and the first of them."""
-        parts = [
-            f"{len(found)} of {len(self.outcomes)} cases {what}, the first number "
-            f"{next(iter(found))}: {_without_traceback(next(iter(found.values()))) or '-'}"
-            for what, found in (("failed", self.errors), ("have success=False", self.unsolved))
-            if found
-        ]
-        return "; ".join(parts) or "every case has its result"
-
-    def __repr__(self) -> str:
-        resumed = sum(outcome.resumed for outcome in self.outcomes)
-        torn = f", {self.torn} torn bytes left out" if self.torn else ""
-        rows = [
-            ("Cases", f"{len(self.outcomes)}, {resumed} of them from the file{torn}"),
-            ("Result", self.message),
-            ("Time [s]", ", ".join(f"{k} {v:.3f}" for k, v in self.timings.items())),
-        ]
-        lines = [f"  {name:<18}{value}" for name, value in rows]
-        return "\n".join(["<skfem_dual SweepResult object>", *lines])
-
-
-def _solved(result: Any) -> bool:
-    """Whether a result tells no failure; of several in one all must be found."""
-    if isinstance(result, (tuple, list)):
-        return all(map(_solved, result))
-    success = getattr(result, "success", True)
-    return not isinstance(success, (bool, np.bool_, np.ndarray)) or bool(np.all(success))
-
-
-def _said(result: Any) -> str:
-    """Its message, or that of the first in it without success."""
-    if isinstance(result, (tuple, list)):
-        return next((_said(part) for part in result if not _solved(part)), "")
-    said = getattr(result, "message", "")
-    if isinstance(said, str) and said:
-        return said
-    messages = getattr(result, "messages", ())
-    if not isinstance(messages, (tuple, list)):
-        return ""
-    each = zip(messages, np.ravel(result.success))
-    return next((str(text) for text, found in each if not found), "")
+    def result(self, torn: int, start: float) -> SweepResult:
+        """All outcomes in order."""
+        ordered = tuple(self.outcomes[number] for number in range(len(self.cases)))
+        run = [o.seconds for o in ordered if o.error is None and not o.resumed]
+        timings = {"sweep": perf_counter() - start, "cases": sum(run)}
+        return SweepResult(ordered, torn, timings)
 
 
 def sweep(
@@ -256,59 +171,44 @@ def sweep(
     start = perf_counter()
     token = _token(problem, needed=file is not None)
     job = Job(token, problem, cases, threads)
-    outcomes: dict[int, Outcome] = {}
     torn = 0
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(progress, "sweep", "case", len(cases)))
-
-        def finish(
-            number: int, result: Any = None, seconds: float = float("nan"), **more: Any
-        ) -> None:
-            outcome = Outcome(number, cases[number], result, seconds=seconds, **more)
-            outcomes[number] = outcome
-            bar.update()
-            if on_result is not None:
-                on_result(outcome)
-
+        course = _Course(cases, bar, on_result)
         if file is not None:
             keys = [fingerprint((token, case)) for case in cases]
             stored, torn = read_records(Path(file))
             records = stack.enter_context(open(file, "ab", buffering=0))
-            for number, key in enumerate(keys):
-                # equal cases have a record each: the problem may be random
-                if stored.get(key):
-                    finish(
-                        number,
-                        *restored_record(stored[key].popleft(), problem, file),
-                        resumed=True,
-                    )
-            stored.clear()
-        waiting = deque(number for number in range(len(cases)) if number not in outcomes)
+            course.resume(keys, stored, problem, file)
+        waiting = deque(number for number in range(len(cases)) if number not in course.outcomes)
         ours[token] = problem
         stack.callback(ours.pop, token, None)
         for number, answer in stack.enter_context(closing(all_answers(executor, job, waiting))):
-            error = answer.error
-            try:
-                for warned in answer.warned:  # here, wherever the case was run
-                    warn(*warned)
-                if error is None:
-                    result, seconds = restored(answer.body, problem)
-            except Exception as failure:  # noqa: BLE001 - told; the other cases go on
-                error = error or error_text(failure)
+            error, result, seconds = _received(answer, problem)
             if error is not None:
-                finish(number, error=error)
+                course.finish(number, error=error)
             else:
                 if file is not None:
                     body = lasting(answer.body, (result, seconds), problem)
                     append(records, record(keys[number], body))
-                finish(number, result, seconds)
-    ordered = tuple(outcomes[number] for number in range(len(cases)))
-    run = [o.seconds for o in ordered if o.error is None and not o.resumed]
-    timings = {"sweep": perf_counter() - start, "cases": sum(run)}
-    result = SweepResult(ordered, torn, timings)
-    if not result.success:
-        warn(result.message, ConvergenceWarning)
-    return result
+                course.finish(number, result, seconds)
+    found = course.result(torn, start)
+    if not found.success:
+        warn(found.message, ConvergenceWarning)
+    return found
+
+
+def _received(answer: Answer, problem: Problem) -> tuple[str | None, Any, float]:
+    """The error of an answer, or its result and seconds; what it warned of is told."""
+    error, result, seconds = answer.error, None, float("nan")
+    try:
+        for warned in answer.warned:  # here, wherever the case was run
+            warn(*warned)
+        if error is None:
+            result, seconds = restored(answer.body, problem)
+    except Exception as failure:  # noqa: BLE001 - told; the other cases go on
+        error = error or error_text(failure)
+    return error, result, seconds
 
 
 def _token(problem: Problem, needed: bool) -> bytes:

@@ -20,7 +20,7 @@ from ..kernels.limits import limited_threads
 from .orphans import end_with_parent
 from .records import Problem, pickled
 
-Answers = Generator[tuple[int, "_Answer"], None, None]
+Answers = Generator[tuple[int, "Answer"], None, None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,7 +46,7 @@ def all_answers(executor: Executor | int | None, job: Job, waiting: deque[int]) 
     else:
         yield from _answers(executor, job, waiting)
     for number in waiting:
-        yield number, _Answer(error="not run: workers died before and were not replaced")
+        yield number, Answer(error="not run: workers died before and were not replaced")
 
 
 def _own_answers(workers: int, job: Job, waiting: deque[int]) -> Answers:
@@ -65,7 +65,7 @@ def _own_answers(workers: int, job: Job, waiting: deque[int]) -> Answers:
                         yield number, answer
                     elif alone:
                         died = f"{answer.error}the case made its worker die again, also alone"
-                        yield number, _Answer(error=died)
+                        yield number, Answer(error=died)
                     else:
                         suspects.append(number)
             if broken:
@@ -133,7 +133,7 @@ def _answers(
             try:
                 answer = future.result()
             except Exception as error:  # noqa: BLE001 - told; the other cases go on
-                answer = _Answer(error=error_text(error), broken=isinstance(error, BrokenExecutor))
+                answer = Answer(error=error_text(error), broken=isinstance(error, BrokenExecutor))
             else:
                 workers.add(answer.worker)
             broken = broken or answer.broken
@@ -166,7 +166,7 @@ class _Task:
     threads: int | None
 
 
-class _Answer(NamedTuple):
+class Answer(NamedTuple):
     """The pickled result with its time, or an error; neither if the worker has no problem."""
 
     worker: str = ""
@@ -191,32 +191,32 @@ def _receive(token: bytes, problem: Problem) -> None:
     received[token] = problem
 
 
-def _work(task: _Task) -> _Answer:
+def _work(task: _Task) -> Answer:
     end_with_parent()
     worker = f"{platform.node()} {os.getpid()} {threading.get_ident()}"
     problem = ours.get(task.token)
     if problem is None:
         problem = received.get(task.token, task.problem)
         if problem is None:
-            return _Answer(worker)
+            return Answer(worker)
         _receive(task.token, problem)
     with warnings_kept() as warned:  # of other processes and threads nobody would hear them
         answer = _run(problem, task)
     return answer._replace(worker=worker, warned=tuple(warned))
 
 
-def _run(problem: Problem, task: _Task) -> _Answer:
+def _run(problem: Problem, task: _Task) -> Answer:
     try:
         with nullcontext() if task.threads is None else limited_threads(task.threads):
             start = perf_counter()
             case = task.case
             result = problem(**case) if isinstance(case, Mapping) else problem(case)
             seconds = perf_counter() - start
-        return _Answer(body=pickled((result, seconds), problem))
+        return Answer(body=pickled((result, seconds), problem))
     except (Exception, SystemExit) as error:
         if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from error  # as a SystemError from compiled code
-        return _Answer(error=error_text(error))
+        return Answer(error=error_text(error))
 
 
 def cores() -> int:
