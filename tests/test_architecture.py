@@ -353,6 +353,16 @@ THIRD_PARTY = {
     "visuals": {"numpy", "scipy", "skfem", "pyvista", "vtk", "vtkmodules", "matplotlib"},
     "report": {"numpy", "scipy", "skfem", "matplotlib", "weasyprint"},
 }
+#: a file of more lines is two things, and so is a function with a longer body
+LONGEST_FILE, LONGEST_BODY = 400, 60
+#: files that are longer nevertheless, and why
+LONGER = {
+    "contact.exact": "one page of public functions, all found at one path; most are docstrings",
+    **dict.fromkeys(
+        ("bodies.elastic", "bodies.group", "bodies.punch", "bodies.punches"), "being split"
+    ),
+    **dict.fromkeys(("contact.load", "contact.system", "post.fields"), "being split"),
+}
 
 
 def module_name(path):
@@ -404,6 +414,27 @@ def test_packages_each_stage_may_use(name):
 def test_exact_solutions_share_nothing_with_what_they_judge():
     ours = {t for t in imports(FILES["contact.exact"]) if t.startswith("skfem_dual")}
     assert ours == {"skfem_dual.arguments"}
+
+
+def bodies(tree):
+    """Names of functions, those inside others too, and lines of their bodies but docstrings."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            told = ast.get_docstring(node, clean=False) is not None
+            inner = node.body[1:] if told else node.body
+            yield node.name, node.end_lineno - inner[0].lineno + 1 if inner else 0
+
+
+def test_no_file_is_two_things():
+    long = {name: len(path.read_text().splitlines()) for name, path in FILES.items()}
+    long = {name: lines for name, lines in long.items() if lines > LONGEST_FILE}
+    assert {name: lines for name, lines in long.items() if name not in LONGER} == {}
+
+
+@pytest.mark.parametrize("name", sorted(FILES))
+def test_no_function_is_two_things(name):
+    found = bodies(ast.parse(FILES[name].read_text()))
+    assert [(function, lines) for function, lines in found if lines > LONGEST_BODY] == []
 
 
 def test_import_without_optional_packages():
