@@ -1,7 +1,7 @@
 """Exact solutions for the homogeneous half-space, pure functions of numbers.
 
 Compression and settlement are positive, ``young`` and ``poisson`` are those of the half-space.
-_Numbers out of their range raise a ValueError, what is no number a TypeError.
+Numbers out of their range raise a ValueError, what is no number a TypeError.
 Sources: K. L. Johnson, Contact Mechanics (1985), sections 3.4-3.5, 4.2 (Hertz) and 5.2 (cone);
 Gladwell, Contact Problems in the Classical Theory of Elasticity (1980).
 """
