@@ -67,7 +67,7 @@ def overlaps(triangles: ndarray, cells: ndarray) -> Overlaps:
         found = np.zeros((len(i), 7, 3))
         count = np.zeros(len(i), dtype=np.int64)
         arrays = triangles.transpose(2, 1, 0), cells.transpose(2, 1, 0)
-        _clip(*inputs(i, j, *arrays), ROUNDING, found, count)
+        _clip(*inputs(i, j, *arrays), np.abs(middle).sum(), ROUNDING, found, count)
         for k in range(2, 7):  # the fan of triangles around the first vertex
             own = np.nonzero(count > k)[0]
             parts.append((i[own], j[own], found[own][:, [0, k - 1, k]].transpose(2, 1, 0)))
@@ -106,7 +106,7 @@ def _circles(v: ndarray) -> tuple[ndarray, ndarray]:
 
 
 @compiled
-def _clip(at, beside, triangles, cells, rounding, found, count):
+def _clip(at, beside, triangles, cells, away, rounding, found, count):
     a = np.empty((8, 3))
     b = np.empty((8, 3))
     d = np.empty(8)
@@ -115,7 +115,7 @@ def _clip(at, beside, triangles, cells, rounding, found, count):
         v, c = triangles[at[pair]], cells[beside[pair]]
         size = max(abs(v[1, 0] - v[0, 0]) + abs(v[1, 1] - v[0, 1]),
                    abs(v[2, 0] - v[0, 0]) + abs(v[2, 1] - v[0, 1]))  # fmt: skip
-        tiny = rounding * (size + 1e-3 * (abs(v[0, 0]) + abs(v[0, 1])))
+        tiny = rounding * (size + 1e-3 * (away + abs(v[0, 0]) + abs(v[0, 1])))
         n = 3
         a[:3] = 0.0
         for i in range(3):
