@@ -163,6 +163,7 @@ LAYERS = [
     ],
     [
         "contact.exact",
+        "contact.hull",
         "contact.load",
         "contact.shapes",
         "contact.measured",
