@@ -172,6 +172,7 @@ LAYERS = [
         "contact.unilateral",
         "contact.positions",
         "contact.system",
+        "contact.methods",
         "contact.planes",
         "contact.contact_line",
         "contact.region",

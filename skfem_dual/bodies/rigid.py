@@ -14,6 +14,7 @@ from ..contact.footprint import Footprint
 from ..contact.line_law import with_line_law
 from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import ExactRows, LoadedCells, slices_of
+from ..contact.methods import find_contact
 from ..contact.one_sign import solved
 from ..contact.parts import Part, by_bodies, flattened_system
 from ..contact.problem import Contact, rough_under
@@ -271,7 +272,7 @@ class GroundEquations:
 
     def found(self, how: How, start: ndarray | None) -> tuple[Contact, ndarray]:
         """Contact and positions of the bodies, from pressures to begin with."""
-        return self.system.solve(self.constraints, how, start)
+        return find_contact(self.system, self.constraints, how, start)
 
     def verified(
         self, how: How, exact: ExactRows | None, rtol: float, contact: Contact, position: ndarray
