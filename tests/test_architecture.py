@@ -218,6 +218,8 @@ LAYERS = [
         "bodies.group",
         "bodies.refine",
         "bodies.resisted",
+        "bodies.interface",
+        "bodies.free_motions",
         "bodies.elastic",
         "bodies.plates",
         "bodies.paths",

@@ -10,7 +10,7 @@ from scipy.sparse import issparse
 
 from ..arguments import checked_flag
 from ..contact.edges import presses_over, pulling
-from ..contact.footprint import Footprint
+from ..contact.footprint import Edge, Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
@@ -50,14 +50,22 @@ def owned(value: Any) -> Any:
 class Body(FromFields, ABC):
     """What stands on a footprint shows its cells."""
 
+    edge: Edge | None
+    gap: Gap | None
+    #: whether it was left to the contact what edge there is
+    edge_by_contact: bool
+
     def _own(self, *names: str) -> None:
         """Keep copies of these fields."""
         for name in names:
             object.__setattr__(self, name, owned(getattr(self, name)))
 
-    gap: Gap | None
-    #: whether it was left to the contact what edge there is
-    edge_by_contact: bool
+    def _choose_edge(self, flat: bool, by_contact: bool) -> None:
+        """That of a flat body or of another, where it was left to the shape, and whether the
+        contact has a say."""
+        if self.edge is None or isinstance(self.edge, Unchosen):
+            object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
+            object.__setattr__(self, "edge_by_contact", by_contact)
 
     @property
     @abstractmethod

@@ -32,7 +32,7 @@ from ..operators.symmetry import Symmetry
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.pressures import CellPressures, checked_solution
 from ..solutions.punch_solution import PunchSolution
-from .body import Movable, Unchosen
+from .body import Movable
 from .cases import Cases, named, solve_cases
 from .kern import kern
 from .rigid import RigidBodies
@@ -135,11 +135,8 @@ class RigidPunch(Movable, RigidBodies):
 
     def __post_init__(self) -> None:
         self._own("gap", "edge_boundaries", "outline", "corners")
-        if self.edge is None or isinstance(self.edge, Unchosen):
-            flat = self.gap is None and not self._periodic
-            object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
-            at_nodes = self.collocation == "node"
-            object.__setattr__(self, "edge_by_contact", not (flat or self._periodic or at_nodes))
+        flat, at_nodes = self.gap is None and not self._periodic, self.collocation == "node"
+        self._choose_edge(flat, not (flat or self._periodic or at_nodes))
         symmetry = self.symmetry
         auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
         if not (auto or isinstance(symmetry, Symmetry)):
