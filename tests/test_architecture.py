@@ -207,8 +207,8 @@ LAYERS = [
         "solutions.group_solution",
     ],
     [
-        "bodies.body",
         "bodies.kern",
+        "bodies.body",
         "bodies.frame",
         "bodies.rigid",
         "bodies.cases",

@@ -14,7 +14,7 @@ from ..contact.edges import pulling
 from ..contact.load import Constraints, Load, Share, load_of
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
-from ..contact.problem import Contact, warn_of
+from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import in_blocks, joint_operator, rows_of, union
@@ -23,7 +23,7 @@ from ..grids.outline import edge_ribs
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import Seconds, progress_bars, timed
+from ..kernels.progress import timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
@@ -286,22 +286,7 @@ class RigidPunches(RigidBodies):
         tell_of_coarse(self)
         how = How.checked(unilateral, method, gap_rtol)
         progress = checked_flag("progress", progress)
-        return self._solved(given, how, self._pressures_of(start), progress)
-
-    def _solved(
-        self, given: tuple[Load, ...], how: How, start: ndarray | None, progress: bool
-    ) -> PunchesSolution:
-        everything = self.constraints(given, how.unilateral)
-        seconds = Seconds()
-        with progress_bars(progress):
-            contact, position = self.contact(everything, how, start)
-        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
-            return sharp._solved(given, how, contact.pressure, progress)
-        timings = self.timings | {"solution": seconds()}
-        warn_of(contact, self.rough(contact))
-        if contact.success and not how.unilateral:
-            self.warn_of_pulling()
-        return PunchesSolution(self, self.answers(given, contact, position, timings))
+        return PunchesSolution(*self._solved(given, how, self._pressures_of(start), progress))
 
     def solve_many(
         self,

@@ -14,16 +14,15 @@ from ..contact.footprint import Collocation, Edge, Footprint
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
 from ..contact.motions import holding
 from ..contact.parts import Part
-from ..contact.problem import Contact, warn_of
+from ..contact.problem import Contact
 from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist
-from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import Seconds, progress_bars, timed
+from ..kernels.progress import timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import require_matrix
@@ -34,7 +33,6 @@ from ..solutions.pressures import CellPressures, checked_solution
 from ..solutions.punch_solution import PunchSolution
 from .body import Movable
 from .cases import Cases, named, solve_cases
-from .kern import kern
 from .rigid import RigidBodies
 
 
@@ -222,46 +220,6 @@ class RigidPunch(Movable, RigidBodies):
             partition=self.partition,
         )
 
-    def kern(self) -> ndarray:
-        """Where a force may act without the punch lifting off.
-
-        Returns
-        -------
-        (2, k) array of float
-            Vertices of a convex polygon, counter-clockwise, from ``origin``.
-
-        Raises
-        ------
-        ValueError
-            If the punch is not flat: it lifts off depending on the force.
-        ConvergenceError
-            If pure settlement does not press on every cell: on a stiff crust there may be no kern,
-            elsewhere improve the mesh. Or if so few cells resist no tilt.
-
-        Warns
-        -----
-        ResolutionWarning
-            If it presses only slightly on some cell, as on stiff crusts, so that the kern may be
-            too large.
-
-        Examples
-        --------
-        A third of the radius of a circle:
-
-        >>> from skfem import MeshTri
-        >>> from skfem_dual import DualMesh, HalfSpace
-        >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
-        >>> corners = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).kern()
-        >>> print(f"{np.hypot(*corners).mean():.2f}")
-        0.33
-        """
-        if self.gap is not None:
-            raise ValueError(
-                "expected a flat punch, got one with a gap, whose contact depends on the force"
-            )
-        corners = kern(self.system, self.partition, self.acting, self.centre)
-        return readonly(corners - np.array(self.origin)[:, None])
-
     @property
     def condition_number(self) -> float:
         """Condition number of the matrix in the 2-norm.
@@ -337,22 +295,7 @@ class RigidPunch(Movable, RigidBodies):
         load = self.acted_on(given, how.unilateral)
         progress = checked_flag("progress", progress)
         pressures = None if start is None else self.pressures_of(start)
-        return self._solved(load, how, pressures, progress)
-
-    def _solved(
-        self, load: Load, how: How, start: ndarray | None, progress: bool
-    ) -> PunchSolution:
-        constraints = self.constraints((load,), how.unilateral)
-        seconds = Seconds()
-        with progress_bars(progress):
-            contact, position = self.contact(constraints, how, start)
-        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
-            return sharp._solved(load, how, contact.pressure, progress)
-        warn_of(contact, self.rough(contact))
-        if contact.success and not how.unilateral:
-            self.warn_of_pulling()
-        timings = self.timings | {"solution": seconds()}
-        solution = PunchSolution.from_contact(self, load, contact, position, timings)
+        _, (solution,) = self._solved((load,), how, pressures, progress)
         _ = solution.shear  # what does not hold is told now
         return solution
 
