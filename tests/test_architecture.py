@@ -223,6 +223,7 @@ LAYERS = [
         "bodies.elastic",
         "bodies.plates",
         "bodies.paths",
+        "bodies.contributions",
         "bodies.punches",
     ],
     [
