@@ -38,6 +38,7 @@ TESTS = {
     "grids.checks": ["checks", "partition"],
     "elements.influence": ["influence"],
     "elements.edge_weights": ["edge_weights"],
+    "contact.hull": ["load", "punch"],
     "contact.load": ["load", "paths", "punch"],
     "contact.unilateral": ["unilateral"],
     "post.functional": ["functional"],

@@ -165,6 +165,7 @@ LAYERS = [
     ],
     [
         "contact.exact",
+        "contact.hull",
         "contact.load",
         "contact.shapes",
         "contact.measured",
@@ -173,6 +174,7 @@ LAYERS = [
         "contact.unilateral",
         "contact.positions",
         "contact.system",
+        "contact.methods",
         "contact.planes",
         "contact.contact_line",
         "contact.region",
@@ -210,20 +212,25 @@ LAYERS = [
         "solutions.group_solution",
     ],
     [
-        "bodies.body",
         "bodies.kern",
+        "bodies.body",
         "bodies.frame",
         "bodies.rigid",
         "bodies.cases",
         "bodies.punch",
         "bodies.joined",
+        "bodies.arrangement",
         "bodies.neighbours",
+        "bodies.group_work",
         "bodies.group",
         "bodies.refine",
         "bodies.resisted",
+        "bodies.interface",
+        "bodies.free_motions",
         "bodies.elastic",
         "bodies.plates",
         "bodies.paths",
+        "bodies.contributions",
         "bodies.punches",
     ],
     [
@@ -358,10 +365,6 @@ LONGEST_FILE, LONGEST_BODY = 400, 60
 #: files that are longer nevertheless, and why
 LONGER = {
     "contact.exact": "one page of public functions, all found at one path; most are docstrings",
-    **dict.fromkeys(
-        ("bodies.elastic", "bodies.group", "bodies.punch", "bodies.punches"), "being split"
-    ),
-    **dict.fromkeys(("contact.load", "contact.system", "post.fields"), "being split"),
 }
 
 

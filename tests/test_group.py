@@ -23,6 +23,7 @@ from skfem_dual import (
     RigidPunches,
     load_path,
 )
+from skfem_dual.bodies.group_work import PositionsByWork
 from skfem_dual.contact import loaded_cells
 from skfem_dual.grids import generate
 from skfem_dual.operators import resources
@@ -859,7 +860,7 @@ def test_many_that_lift_off_have_positions_by_work(monkeypatch):
     """Each by itself: 91 cells far from all others are nearer to the disc alone."""
     alone, load = punch(generate.disc(n=90)).solve(1.0, at=(0.0, 0.7)), {"force": 1.0}
     monkeypatch.setattr(
-        RigidPunches, "amid_many", lambda self, contact: not contact.touching.all()
+        PositionsByWork, "amid_many", lambda self, contact: not contact.touching.all()
     )
     far = [generate.disc(n=90).translated((1e4 * i, 0.0)) for i in range(2)]
     pair = RigidPunches([punch(mesh, origin=(1e4 * i, 0.0)) for i, mesh in enumerate(far)])
@@ -898,7 +899,7 @@ def test_frames_are_judged_by_themselves(size):
 def test_joined_punches_among_many_have_positions_by_collocation(monkeypatch):
     """The others do not."""
     monkeypatch.setattr(
-        RigidPunches, "amid_many", lambda self, contact: not contact.touching.all()
+        PositionsByWork, "amid_many", lambda self, contact: not contact.touching.all()
     )
     mesh = generate.rectangle(1.0, 1.0, n=40)
     feet = [punch(mesh.translated((x, 0.0)), origin=(x, 0.0)) for x in (0.0, 1.0, 5.0)]

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from skfem_dual import DualMesh, HalfSpace, Load, RigidPunch
-from skfem_dual.contact.load import Constraints, Hull
+from skfem_dual.contact.hull import Hull
+from skfem_dual.contact.load import Constraints
 from skfem_dual.errors import warnings_kept
 from skfem_dual.grids.generate import rectangle
 

@@ -31,7 +31,7 @@ from skfem_dual import (
     __version__,
     solve_plan,
 )
-from skfem_dual.contact import system
+from skfem_dual.contact import methods
 from skfem_dual.grids import generate
 from skfem_dual.grids.generate import polygon
 from skfem_dual.io import read_mesh
@@ -413,8 +413,8 @@ def test_ground_that_pulls():
 
 @pytest.mark.usefixtures("undrawn")
 def test_not_converged_is_glaring(monkeypatch):
-    real = system.conjugate_gradients
-    monkeypatch.setattr(system, "conjugate_gradients", lambda p, x, rtol, *_: real(p, x, rtol, 1))
+    real = methods.conjugate_gradients
+    monkeypatch.setattr(methods, "conjugate_gradients", lambda p, x, rtol, *_: real(p, x, rtol, 1))
     with pytest.warns(ConvergenceWarning):
         solution = RigidPunch(SOIL, DISC.basis()).solve(1.2e6, (0.5, 0.0), method="cg")
     assert not solution.success

@@ -179,7 +179,7 @@ def upside_down(solution):
     mesh = MeshTet(punch.structure.mesh.p * [[1], [1], [-1]], punch.structure.mesh.t)
     mesh = mesh.with_boundaries(punch.structure.mesh.boundaries)
     basis = CellBasis(mesh, punch.structure.elem)
-    flip = diags(np.where(punch.settling == 0, 1.0, -1.0))
+    flip = diags(np.where(punch.interface.settling == 0, 1.0, -1.0))
     turned = ElasticPunch(
         SOIL, punch.basis, basis, flip @ punch.stiffness @ flip, boundary="base", D=punch.D
     )

@@ -1,4 +1,5 @@
-"""What stands on a footprint, whatever it is, and what it takes to move a rigid base."""
+"""What stands on a footprint, whatever it is, and what it takes to move a rigid base and to let it
+lift off."""
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
@@ -10,7 +11,7 @@ from scipy.sparse import issparse
 
 from ..arguments import checked_flag
 from ..contact.edges import presses_over, pulling
-from ..contact.footprint import Footprint
+from ..contact.footprint import Edge, Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
@@ -21,6 +22,7 @@ from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import FromFields, computed_once, freeze
+from .kern import kern
 
 #: shapes farther from the ground than so many times what they vary by lose their digits
 OFFSET = 3e4
@@ -50,14 +52,22 @@ def owned(value: Any) -> Any:
 class Body(FromFields, ABC):
     """What stands on a footprint shows its cells."""
 
+    edge: Edge | None
+    gap: Gap | None
+    #: whether it was left to the contact what edge there is
+    edge_by_contact: bool
+
     def _own(self, *names: str) -> None:
         """Keep copies of these fields."""
         for name in names:
             object.__setattr__(self, name, owned(getattr(self, name)))
 
-    gap: Gap | None
-    #: whether it was left to the contact what edge there is
-    edge_by_contact: bool
+    def _choose_edge(self, flat: bool, by_contact: bool) -> None:
+        """That of a flat body or of another, where it was left to the shape, and whether the
+        contact has a say."""
+        if self.edge is None or isinstance(self.edge, Unchosen):
+            object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
+            object.__setattr__(self, "edge_by_contact", by_contact)
 
     @property
     @abstractmethod
@@ -144,7 +154,8 @@ class Body(FromFields, ABC):
 
 
 class Movable(Body):
-    """A rigid base that touches everywhere, and what it takes to move it."""
+    """A rigid base that touches everywhere, what it takes to move it, and where a force leaves it
+    there."""
 
     origin: Any
     gap: Any
@@ -213,6 +224,46 @@ class Movable(Body):
         shift = np.eye(3)
         shift[0, 1:] = self.centre - self.origin
         return shift.T @ self._vertical_stiffness @ shift
+
+    def kern(self) -> ndarray:
+        """Where a force may act without the punch lifting off.
+
+        Returns
+        -------
+        (2, k) array of float
+            Vertices of a convex polygon, counter-clockwise, from ``origin``.
+
+        Raises
+        ------
+        ValueError
+            If the punch is not flat: it lifts off depending on the force.
+        ConvergenceError
+            If pure settlement does not press on every cell: on a stiff crust there may be no kern,
+            elsewhere improve the mesh. Or if so few cells resist no tilt.
+
+        Warns
+        -----
+        ResolutionWarning
+            If it presses only slightly on some cell, as on stiff crusts, so that the kern may be
+            too large.
+
+        Examples
+        --------
+        A third of the radius of a circle:
+
+        >>> from skfem import MeshTri
+        >>> from skfem_dual import DualMesh, HalfSpace, RigidPunch
+        >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
+        >>> corners = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).kern()
+        >>> print(f"{np.hypot(*corners).mean():.2f}")
+        0.33
+        """
+        if self.gap is not None:
+            raise ValueError(
+                "expected a flat punch, got one with a gap, whose contact depends on the force"
+            )
+        corners = kern(self.system, self.partition, self.acting, self.centre)
+        return readonly(corners - np.array(self.origin)[:, None])
 
     def _full_stiffness(self, rough: bool) -> ndarray:
         shift = moving(self.centre - self.origin)

@@ -18,18 +18,11 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix, diags
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csr_matrix
 from skfem import CellBasis, FacetBasis
 from skfem.assembly.basis import AbstractBasis
 
-from ..arguments import (
-    Pair,
-    checked_array,
-    checked_flag,
-    checked_instance,
-    checked_sequence,
-)
+from ..arguments import Pair, checked_array, checked_flag, checked_sequence
 from ..contact.edges import EdgeBoundaries
 from ..contact.footprint import Edge, Footprint
 from ..contact.load import Constraints
@@ -39,28 +32,18 @@ from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.verify import verified
-from ..elements.load_matrix import load_matrix
-from ..elements.point_values import values_inside
-from ..elements.shape_functions import ShapeFunctions, picklable, settling
-from ..grids.mappings import inverting
-from ..grids.polygons import readonly
-from ..grids.trace import checked_facets
+from ..elements.shape_functions import picklable
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_once
 from ..kernels.progress import Seconds, progress_bars, timed
-from ..messages import place
 from ..operators.compliance import BalancedCompliance, Compliance
 from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.pressures import CellPressures, checked_solution
-from .body import Body, Unchosen
+from .body import Body
+from .free_motions import FreeMotions
+from .interface import Interface, require_facing
 from .resisted import NO_BALANCE, compliance_of, require_resisted, work_on
-
-#: deflections of the ground's surface below so many times the largest are none, and below so many
-#: times what motions make of the structure, but for parts that are so many times as stiff
-AT_REST, IDLE, ALIKE = 1e-8, 1e-6, 1e3
-#: motions that move a cell by less of what they move others are rounding there
-STILL = 1e-8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,19 +131,8 @@ class ElasticPunch(Body):
     def __post_init__(self) -> None:
         checked_substrate(self.substrate)
         self._own("stiffness", "boundary", "D", "gap", "edge_boundaries")
-        if self.edge is None or isinstance(self.edge, Unchosen):
-            edge = Unchosen("singular" if self.gap is None else "constant")
-            object.__setattr__(self, "edge", edge)
-            object.__setattr__(self, "edge_by_contact", self.gap is not None)
-        remedy = "name the facets of a solid by boundary="
-        checked_instance("structure", self.structure, CellBasis, remedy)
-        solid = self.structure.mesh.dim() == 3
-        if solid == (self.boundary is None):
-            raise ValueError(
-                "expected the boundary of a 3-D solid that faces the ground, boundary=, got none"
-                if solid
-                else "expected a boundary of a 3-D solid only, got one of a plate"
-            )
+        self._choose_edge(self.gap is None, self.gap is not None)
+        require_facing(self.structure, self.boundary)
         object.__setattr__(self, "origin", self.footprint.origin)
         # what does not fit is refused now
         self.loads  # noqa: B018
@@ -186,28 +158,6 @@ class ElasticPunch(Body):
         )
 
     @computed_once
-    def contact_basis(self) -> CellBasis | FacetBasis:
-        """The basis of the structure where it faces the ground: its own, or on the facets."""
-        if self.boundary is None:
-            return self.structure
-        basis, mesh = self.structure, self.structure.mesh
-        facets = checked_facets(mesh, self.boundary)
-        try:
-            if basis.tind is None:
-                # not by basis.boundary(), which numbers DOFs anew
-                return FacetBasis(
-                    mesh, basis.elem, inverting(basis.mapping), facets=facets, dofs=basis.dofs
-                )
-        except NotImplementedError:  # by scikit-fem, of prisms
-            pass
-        raise TypeError(
-            "expected a solid of tetrahedra or hexahedra and a basis on all of them, got a "
-            f"basis on {basis.nelems} of {mesh.nelements} elements of a "
-            f"{type(mesh).__name__}. Remedy: a basis on mesh.restrict(elements), or "
-            "tetrahedra for prisms"
-        )
-
-    @computed_once
     def compliance(self) -> Compliance:
         """What the structure yields, and its motions without resistance."""
         with timed(self.timings, "structure"):
@@ -220,136 +170,53 @@ class ElasticPunch(Body):
         return BalancedCompliance(self.compliance, self.motions, bearing)
 
     @computed_once
+    def interface(self) -> Interface:
+        """Where it faces the ground."""
+        return Interface(self.structure, self.boundary, self.component, self.footprint)
+
+    @property
+    def contact_basis(self) -> CellBasis | FacetBasis:
+        """The basis of the structure where it faces the ground: its own, or on the facets."""
+        return self.interface.basis
+
+    @property
     def loads(self) -> csr_matrix:
         """L, work of unit mean pressure on each cell against deflections, shape (N, n)."""
-        return self.loads_of(self.footprint)
-
-    @computed_once
-    def _work(self) -> csr_matrix:
-        """Work of unit mean pressures and of unit slopes along x and y, shape (N, 3 n)."""
-        matrix = self.footprint.load_matrix(self.contact_basis, component=self.component)
-        return -matrix if self._upward else matrix
+        return self.interface.loads
 
     def loads_of(self, cells: Footprint) -> csr_matrix:
         """Work of unit mean pressures with their slopes, if cells may be flat; shape (N, n)."""
-        return cells.with_slopes(self._work)
+        return self.interface.loads_of(cells)
 
-    def bent_within(self, displacement: ndarray, touching: ndarray) -> tuple[float, int]:
-        """How far the mean deflection of a cell in contact is from that in its middle, over the
-        largest of these, and of which cell: where that is much the cells are too large for how
-        the structure bends. On the edge of the plan pressures act elsewhere."""
-        partition = self.partition
-        inner = touching.copy()
-        inner[partition.f2c[0, partition.f2c[1] < 0]] = False
-        middle = self.trace @ displacement
-        mean = (self._work[:, : len(partition)].T @ displacement) / partition.areas
-        off = np.where(inner, np.abs(mean - middle), 0.0)
-        largest = np.abs(middle[touching]).max(initial=0.0)
-        cell = int(off.argmax())
-        return (float(off[cell] / largest) if largest > 0 else 0.0), cell
-
-    @computed_once
+    @property
     def trace(self) -> csr_matrix:
         """T, deflection of each collocation point, positive into the ground, shape (n, N).
 
         Where that of a cell around a re-entrant corner lies outside of the structure it is the
         mean over the cell, the same for linear deflections.
         """
-        basis, cells = self.contact_basis, self.footprint
-        matrix, outside = values_inside(basis, self.collocation_points, self.component)
-        if len(outside):
-            uniform = cells.partition, None, cells.fan
-            share = np.bincount(outside, minlength=len(cells)) / cells.partition.areas
-            loads = load_matrix(*uniform, basis, component=self.component)
-            matrix = matrix + (loads @ diags(share)).T
-        return -matrix if self._upward else matrix
-
-    @property
-    def _upward(self) -> bool:
-        """Whether pressures work on a displacement out of the ground."""
-        return self.boundary is not None and self.component is None
+        return self.interface.trace
 
     @computed_once
+    def free_motions(self) -> FreeMotions:
+        """What moves without resistance of the structure."""
+        return FreeMotions(self.compliance, self.trace, self.partition)
+
+    @property
     def motions(self) -> ndarray:
         """Displacements without resistance of the structure that move it against the ground,
         shape (N, m): settlement and tilts of a free one."""
-        return self._motions[0]
+        return self.free_motions.resisted
 
     @property
     def idle_motions(self) -> ndarray:
         """Displacements without resistance that leave the collocation points where they are,
         shape (N, k), as sliding does."""
-        return self._motions[1]
-
-    @computed_once
-    def settling(self) -> ndarray:
-        """DOFs of a settlement of the whole structure by one, shape (N,)."""
-        return readonly(self.sense * settling(self.structure, self.component))
-
-    @computed_once
-    def sense(self) -> float:
-        """1 if what the pressure works on is positive into the ground, -1 if it is out of it."""
-        work = self.loads.T @ settling(self.structure, self.component)
-        return float(np.sign(work.sum()))
-
-    @computed_once
-    def up(self) -> float:
-        """1, or -1 under a solid whose z is downwards: the direction of z away from the ground."""
-        up = ShapeFunctions.of(self.contact_basis, self.component).up
-        return 1.0 if up is None else float(up[0])
-
-    @computed_once
-    def _motions(self) -> tuple[ndarray, ndarray]:
-        """Motions that the ground resists, and those that nothing resists."""
-        all_motions = self.compliance.motions
-        small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
-        _, size, rows = np.linalg.svd(small)
-        least = max(AT_REST * size.max(initial=0.0), IDLE * self._moved(all_motions))
-        count = int(np.sum(size > least))
-        split = all_motions @ rows.T
-        return readonly(split[:, :count]), readonly(split[:, count:])
-
-    @computed_once
-    def parts(self) -> tuple[ndarray, ndarray]:
-        """Numbers of the parts of the structure that hang together: of each DOF, shape (N,), and
-        of each cell, shape (n,)."""
-        _, part = connected_components(self.compliance.stiffness, directed=False)
-        return readonly(part), readonly(part[np.asarray(abs(self.trace).argmax(axis=1)).ravel()])
-
-    def untold(self, part: ndarray, loads: ndarray, rounding: float = 0.0) -> str:
-        """What moves without resistance and is not loaded, in words; none if there is no such
-        part. ``loads`` are those of any number of places, each in a part; so much of all of them
-        is ``rounding``."""
-        load = np.bincount(part, np.abs(loads), self.parts[0].max() + 1)
-        moved = np.abs(self.trace @ self.motions).max(axis=1, initial=0.0)
-        lost = (load <= rounding * load.sum())[self.parts[1]] & (moved > STILL * moved.max())
-        if not lost.any():
-            return ""
-        cell = int(lost.argmax())
-        at = place(self.partition.centroids[:, cell])
-        whole = "the structure"
-        return whole if lost.all() else f"the part of {whole} with cell {cell} at {at}"
+        return self.free_motions.idle
 
     def require_load(self, f: ndarray, held: ndarray) -> None:
-        """Refuse loads, with a ValueError, that leave out a part of the structure of which nothing
-        else tells the position. Without any load all of it stays where it is."""
-        loads = self._effective(f, held)
-        if loads.any() and (lost := self.untold(self.parts[0], loads)):
-            raise ValueError(
-                f"expected loads on all of the structure, got none on {lost}, "
-                "and nothing else tells its position. Remedy: its weight, or hold it, D="
-            )
-
-    def _moved(self, motions: ndarray) -> float:
-        """Deflection of the ground's surface if motions moved its DOFs as far as any others, in
-        their units: where structures only slide and turn, that which they cause is rounding."""
-        units, on_ground = self.compliance.units, np.diff(self.trace.tocsc().indptr) > 0
-        usual = units[on_ground & (units > 0)]
-        if not len(usual):
-            return 0.0
-        some = units > np.median(usual) / ALIKE
-        reach = np.linalg.norm(abs(self.trace) @ units)
-        return float(reach * np.abs(motions[some] / units[some, None]).max(initial=0.0))
+        """Refuse loads, with a ValueError, that leave out what nothing else holds."""
+        self.free_motions.require_load(self._effective(f, held))
 
     @computed_once
     def operator(self) -> YieldingOperator:
@@ -520,11 +387,6 @@ class ElasticPunch(Body):
     def lifted(self, f: ndarray, held: ndarray) -> ndarray:
         """Displacements under the loads alone, up to the motions."""
         return self.balanced_compliance.displacements(self._effective(f, held)) + held
-
-    def steadied(self, displacement: ndarray) -> ndarray:
-        """Without the part along motions that nothing resists, such as sliding on the ground."""
-        idle, _ = np.linalg.qr(self.idle_motions)
-        return displacement - idle @ (idle.T @ displacement)
 
     def __repr__(self) -> str:
         element = type(self.structure.elem).__name__

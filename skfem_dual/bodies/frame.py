@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix, issparse
 from ..arguments import checked_array
 from ..contact.load import Constraints
 from ..contact.loaded_cells import ExactRows
+from ..contact.methods import find_contact
 from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
@@ -125,7 +126,7 @@ class FramedSystem:
     def found(self, how: How, start: ndarray | None) -> tuple[Contact, ndarray]:
         """Contact and position, from pressures to begin with."""
         system, constraints = self._together
-        contact, whole = system.solve(constraints, how, start)
+        contact, whole = find_contact(system, constraints, how, start)
         free = self._yielded(contact) + self._compliance[1] @ whole
         return contact, self.constraints.fixed + self.constraints.motions @ free
 

@@ -1,7 +1,7 @@
 """Several rigid punches on one ground: neighbouring foundations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -9,33 +9,34 @@ from numpy import ndarray
 from skfem import MeshTri
 
 from ..arguments import checked_array, checked_flag, checked_instance, checked_sequence
-from ..contact.by_work import added_amid_others, added_by_work
 from ..contact.edges import pulling
-from ..contact.load import Constraints, Load, Share, load_of
+from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import ExactRows, LoadedCells
 from ..contact.parts import Part, by_bodies
-from ..contact.problem import Contact, warn_of
+from ..contact.problem import Contact
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..contact.union import in_blocks, joint_operator, rows_of, union
-from ..elements.balance import resist
-from ..grids.outline import edge_ribs
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import Seconds, progress_bars, timed
+from ..kernels.progress import timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.group_solution import PunchesSolution, answers_of
 from ..solutions.punch_solution import PunchSolution
+from .arrangement import Arrangement
 from .cases import Cases, named, solve_cases
-from .frame import FramedSystem, about_centroids, about_origin, checked_stiffness, ground_stiffness
-from .joined import bodies_of, checked_joined, free_of, free_ribs
+from .frame import FramedSystem, checked_stiffness
+from .group_work import PositionsByWork
+from .joined import checked_joined
 from .neighbours import (
     checked_names,
+    interaction_factors,
     over_edges,
+    pressures_of,
     punches_on,
     require_apart,
     require_balance,
@@ -110,7 +111,8 @@ class RigidPunches(RigidBodies):
         object.__setattr__(self, "joined", tuple(groups))
         object.__setattr__(self, "names", names)
         if self.stiffness is not None:
-            matrix = checked_stiffness(self.stiffness, self._ground_stiffness)
+            ground = Arrangement(punches, groups).ground_stiffness
+            matrix = checked_stiffness(self.stiffness, ground)
             object.__setattr__(self, "stiffness", readonly(matrix))
 
     @classmethod
@@ -150,50 +152,30 @@ class RigidPunches(RigidBodies):
         return cls(punches, joined, names=found)
 
     @computed_once
+    def arrangement(self) -> Arrangement:
+        """How the punches stand together."""
+        return Arrangement(self.punches, self.joined, self.stiffness, self.names)
+
+    @property
     def bodies(self) -> tuple[tuple[int, ...], ...]:
         """Numbers of the punches of each body, in the order of their first ones."""
-        return bodies_of([tuple(group) for group in self.joined], len(self.punches))
+        return self.arrangement.bodies
 
-    @computed_once
+    @property
     def members(self) -> tuple[RigidPunch, ...]:
         """The punches as they stand: with a singular edge only where they touch no other of their
         body."""
-        found = list(self.punches)
-        for body in self.bodies:
-            parts = [self.punches[i].partition for i in body]
-            for i in body:
-                found[i] = free_of(self.punches[i], parts)
-        return tuple(found)
+        return self.arrangement.members
 
-    @computed_once
-    def _edges(self) -> list[ndarray | None]:
-        """Ribs at which punches touch no other of their body; None where there is no other."""
-        found: list[ndarray | None] = [None] * len(self.punches)
-        for body in (body for body in self.bodies if len(body) > 1):
-            parts = [self.punches[i].partition for i in body]
-            for i, own in zip(body, parts, strict=True):
-                found[i] = free_ribs(own, edge_ribs(own), parts)
-        return found
-
-    @computed_once
+    @property
     def parts(self) -> tuple[Part, ...]:
         """The punches, one after the other."""
-        body_of = {i: number for number, body in enumerate(self.bodies) for i in body}
-        return tuple(
-            Part(punch.footprint, body_of[i], self.centres[body_of[i]])
-            for i, punch in enumerate(self.members)
-        )
+        return self.arrangement.parts
 
-    @computed_once
+    @property
     def centres(self) -> tuple[ndarray, ...]:
         """Centroid of each body, to which its position refers."""
-        weighed = [(p.centre, p.partition.areas.sum()) for p in self.members]
-        return tuple(
-            readonly(
-                sum(weighed[i][0] * weighed[i][1] for i in body) / sum(weighed[i][1] for i in body)
-            )
-            for body in self.bodies
-        )
+        return self.arrangement.centres
 
     @computed_once
     def cells(self) -> LoadedCells:
@@ -282,26 +264,11 @@ class RigidPunches(RigidBodies):
         ConvergenceError
             If the system of equations is singular.
         """
-        given = self._given("loads", loads)
+        given = self.arrangement.loads_of("loads", loads)
         tell_of_coarse(self)
         how = How.checked(unilateral, method, gap_rtol)
-        progress = checked_flag("progress", progress)
-        return self._solved(given, how, self._pressures_of(start), progress)
-
-    def _solved(
-        self, given: tuple[Load, ...], how: How, start: ndarray | None, progress: bool
-    ) -> PunchesSolution:
-        everything = self.constraints(given, how.unilateral)
-        seconds = Seconds()
-        with progress_bars(progress):
-            contact, position = self.contact(everything, how, start)
-        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
-            return sharp._solved(given, how, contact.pressure, progress)
-        timings = self.timings | {"solution": seconds()}
-        warn_of(contact, self.rough(contact))
-        if contact.success and not how.unilateral:
-            self.warn_of_pulling()
-        return PunchesSolution(self, self.answers(given, contact, position, timings))
+        progress, begin = checked_flag("progress", progress), pressures_of(self.members, start)
+        return PunchesSolution(*self._solved(given, how, begin, progress))
 
     def solve_many(
         self,
@@ -339,136 +306,40 @@ class RigidPunches(RigidBodies):
                 "is answered by the names of the cases"
             )
         names, given = named(cases)
-        loads = [self._given(f"load case {name!r}", case) for name, case in zip(names, given)]
+        together = self.arrangement
+        loads = [together.loads_of(f"load case {n!r}", case) for n, case in zip(names, given)]
         tell_of_coarse(self)
         found = solve_cases(self, names, loads, how, checked_flag("progress", progress))
         found.warn()
-        answers: dict[int, CasesSolution] = {}
-        for number, body in enumerate(self.bodies):
-            own = [case[number] for case in loads]
-            if len(body) > 1:  # what each of them takes is found
-                own = [self.share_of(number, load) for load in own]
-            answers |= {i: found.of(i, self.members[i].footprint, own) for i in body}
-        return tuple(answers[i] for i in range(len(self.members)))
-
-    def share_of(self, number: int, load: Load) -> Share:
-        """What its punches take of the load of a body, with a position yet to be found."""
-        first = self.members[self.bodies[number][0]]
-        names = tuple(self.names[i] for i in self.bodies[number])
-        return Share(settlement=0.0, tilt=(0, 0), body=load, names=names, origin=first.origin)
-
-    def _given(self, name: str, loads: Sequence[Load | Mapping]) -> tuple[Load, ...]:
-        loads = checked_sequence(name, loads)
-        if len(loads) != len(self.bodies):
-            raise ValueError(
-                f"expected one load for each of the {len(self.bodies)} bodies, got "
-                f"{len(loads)} in {name}"
-            )
-        return tuple(load_of(f"{name}[{number}]", load) for number, load in enumerate(loads))
+        each = enumerate(self.members)
+        return tuple(found.of(i, p.footprint, together.taken_by(i, loads)) for i, p in each)
 
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What the loads of all bodies impose; a ValueError where no pressures balance them."""
-        require_balance(self, loads, self._origins, unilateral and self.stiffness is None)
-        together = self.imposed(loads)
+        together = self.arrangement
+        require_balance(together, loads, unilateral and self.stiffness is None)
+        imposed = together.imposed(loads)
         if self.stiffness is not None:
-            FramedSystem(self.system, together).require_balance(unilateral)
-        return together
-
-    def imposed(self, loads: tuple[Load, ...]) -> Constraints:
-        """What the loads of all bodies impose, and the frame."""
-        own = zip(self._given("loads", loads), self._origins, strict=True)
-        parts = [load.constraints(origin) for load, origin in own]
-        if self.stiffness is not None:
-            each = zip(parts, self._origins, self.bodies, strict=True)
-            parts = [about_origin(p, origin, self._width(body)) for p, origin, body in each]
-        together, ground = Constraints.together(parts), self._ground_stiffness
-        return replace(together, frame=self._frame, ground=ground)
-
-    def _width(self, body: Sequence[int]) -> float:
-        """How wide a body is, about."""
-        return float(np.sqrt(self._area(body)))
-
-    def _area(self, body: Sequence[int]) -> float:
-        return float(sum(self.punches[i].partition.areas.sum() for i in body))
-
-    @property
-    def _ground_stiffness(self) -> ndarray:
-        """About how stiff the ground is against the positions of the bodies."""
-        areas = np.array([self._area(body) for body in self.bodies])
-        return ground_stiffness(areas, self.punches[0].substrate.surface.contact_modulus)
+            FramedSystem(self.system, imposed).require_balance(unilateral)
+        return imposed
 
     @computed_once
-    def _frame(self) -> ndarray | None:
-        """The stiffness of the frame, which refers to origins, to positions about centroids."""
-        return None if self.stiffness is None else about_centroids(self.stiffness, self._origins)
-
-    @property
-    def _origins(self) -> list[ndarray]:
-        """Those of the bodies, from the points to which their positions refer."""
-        own = zip(self.bodies, self.centres, strict=True)
-        return [self.members[body[0]].origin - centre for body, centre in own]
+    def by_work(self) -> PositionsByWork:
+        """Positions of the bodies by the work of the pressures."""
+        return PositionsByWork(self.arrangement, self.work, self._rtol)
 
     def works(self, contact: Contact) -> bool:
-        """Not of shaped punches, nor beside a body in the air or on cells in a line, which carry
-        no moments, nor `amid_many`."""
-        checked_instance("contact", contact, Contact)
-        x, settled = self.cells.collocation_points, self.system.planes[::3]
-        flat = all(punch.gap is None for punch in self.members) and not self.amid_many(contact)
-        return flat and all(resist(x, contact.touching & (own != 0)) for own in settled)
-
-    @computed_once
-    def beside_shaped(self) -> tuple[int, ...]:
-        """Numbers of bodies of one punch, where some are shaped and no frame is on them: their
-        positions are by work one by one, see `Beside`."""
-        if all(punch.gap is None for punch in self.members) or self.stiffness is not None:
-            return ()
-        return tuple(n for n, body in enumerate(self.bodies) if len(body) == 1)
-
-    def amid_many(self, contact: Contact) -> bool:
-        """Whether work finds positions body by body, see `added_amid`: where flat punches lift
-        off and no matrix is there, nor a frame."""
-        known = isinstance(self.system.matrix, (np.ndarray, SymmetricMatrix))
-        if known or self.stiffness is not None or contact.touching.all() or any(contact.lines):
-            return False
-        return all(p.gap is None and p.weights is not None for p in self.members)
-
-    def added_amid(self, contact: Contact, position: ndarray) -> ndarray:
-        """What work adds to positions by collocation, (2, m), see `added_amid_others`; nothing to
-        those of joined punches."""
-        parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
-        settled = self.work.settled_by(self._at_sectors, contact)
-        alone = {body[0]: n for n, body in enumerate(self.bodies) if len(body) == 1}
-        return added_amid_others(self.members, parts, position, settled, alone)
-
-    @computed_once
-    def _at_sectors(self) -> InfluenceOperator:
-        """From the cells, which all have slopes, to the sectors where work looks."""
-        return self.cells.fast_operator(self.work.sectors.x, self._rtol)
+        """See `PositionsByWork.works`."""
+        return self.by_work.works(checked_instance("contact", contact, Contact))
 
     def added(self, contact: Contact, position: ndarray) -> ndarray:
         """What work adds to positions of bodies, some of them shaped, or of many others, (m,)."""
-        if self.amid_many(contact):
-            return self.added_amid(contact, position)[0]
-        parts = [contact.under(own, i) for i, own in enumerate(self.slices)]
-        some = [(self.bodies[n][0], slice(3 * n, 3 * n + 3)) for n in self.beside_shaped]
-        return added_by_work(self.members, parts, position, some)
-
-    def _pressures_of(self, start: PunchesSolution | None) -> ndarray | None:
-        if start is None:
-            return None
-        checked_instance("start", start, PunchesSolution)
-        if len(start.solutions) != len(self.members):
-            raise ValueError(
-                f"expected a solution of {len(self.members)} punches for start, got one of "
-                f"{len(start.solutions)}"
-            )
-        parts = zip(self.members, start.solutions, strict=True)
-        return np.concatenate([punch.pressures_of(part) for punch, part in parts])
+        return self.by_work.added(contact, position)
 
     def over_edge(self, pressure: ndarray) -> "RigidPunches | None":
         """The same with edges of flat punches where shaped ones press over that of their plan."""
         pressure = checked_array("pressure", pressure, (len(self.cells),), each="cell")
-        return over_edges(self, pressure, self._sharp, self._edges)
+        return over_edges(self, pressure, self._sharp, self.arrangement.edges)
 
     def warn_of_pulling(self, name: str = "") -> None:
         """Warn of punches that would have to be pulled down alone, too, see `RigidPunch`."""
@@ -514,25 +385,7 @@ class RigidPunches(RigidBodies):
         TypeError, ValueError
             As `solve`; and under a frame, which takes a part of the loads to the other bodies.
         """
-        if self.stiffness is not None:
-            raise ValueError(
-                "expected punches without a frame, which leaves none of them alone. Remedy: "
-                "RigidPunches without stiffness="
-            )
-        loads = checked_sequence("loads", loads)
-        together = self.solve(loads, **options)
-        options.pop("start", None)
-        factors = []
-        for body, load in zip(self.bodies, loads, strict=True):
-            joined = [tuple(range(len(body)))] if len(body) > 1 else ()
-            alone = RigidPunches([self.punches[i] for i in body], joined).solve([load], **options)
-            if alone[0].settlement == 0:
-                raise ValueError(
-                    "expected loads that settle each body, got one without a settlement on punch "
-                    f"{self.names[body[0]]}: there is nothing to compare"
-                )
-            factors.append(together[body[0]].settlement / alone[0].settlement)
-        return np.array(factors)
+        return interaction_factors(self, loads, options)
 
     def __repr__(self) -> str:
         named = zip(self.names, self.punches, strict=True)

@@ -1,6 +1,6 @@
 """Punches beside each other: that they do not overlap, and loads that they can bear."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 from skfem import CellBasis, ElementTriP0, MeshTri
 
-from ..arguments import checked_choice, checked_sequence, checked_text
+from ..arguments import checked_choice, checked_instance, checked_sequence, checked_text
 from ..contact.footprint import hulls
 from ..contact.load import Load, require_compression, require_vertical
 from ..errors import ResolutionWarning, warn
@@ -22,6 +22,8 @@ from ..grids.polygons import some
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate, checked_substrate
 from ..kernels.once import computed_in
+from ..solutions.group_solution import PunchesSolution
+from .arrangement import Arrangement
 from .punch import RigidPunch
 
 #: sizes of cells over the distance of a neighbour's centre from which on its tilt is off by a
@@ -108,6 +110,20 @@ def over_edges(
         return None
     punches = [sharp or punch for sharp, punch in zip(over, group.punches, strict=True)]
     return computed_in(known, which, lambda: replace(group, punches=punches))
+
+
+def pressures_of(members: Sequence[RigidPunch], start: PunchesSolution | None) -> ndarray | None:
+    """Those of the cells of all punches in a solution to begin with, of as many punches."""
+    if start is None:
+        return None
+    checked_instance("start", start, PunchesSolution)
+    if len(start.solutions) != len(members):
+        raise ValueError(
+            f"expected a solution of {len(members)} punches for start, got one of "
+            f"{len(start.solutions)}"
+        )
+    parts = zip(members, start.solutions, strict=True)
+    return np.concatenate([punch.pressures_of(part) for punch, part in parts])
 
 
 def require_one_ground(punches: Sequence[Any], names: Sequence[str]) -> None:
@@ -210,29 +226,49 @@ def checked_names(names: Sequence[str], n: int) -> tuple[str, ...]:
     return called
 
 
-def require_balance(
-    group: Any, loads: Sequence[Load], origins: Sequence[ndarray], unilateral: bool
-) -> None:
+def require_balance(together: Arrangement, loads: Sequence[Load], unilateral: bool) -> None:
     """Refuse loads of the bodies of a group that are not vertical or, on ground that does not
-    pull, that no pressures can balance.
-
-    ``origins`` are those of the bodies, from the points to which their positions refer.
-    """
+    pull, that no pressures can balance."""
     for body, load, centre, origin in zip(
-        group.bodies, loads, group.centres, origins, strict=True
+        together.bodies, loads, together.centres, together.origins, strict=True
     ):
-        called = "body " + "+".join(group.names[i] for i in body)
+        called = "body " + "+".join(together.names[i] for i in body)
         require_vertical(called, load)
         if not unilateral:
             continue
-        if load.force == 0 and len(group.bodies) > 1:
+        if load.force == 0 and len(together.bodies) > 1:
             raise ValueError(
                 f"{called}: expected a positive force, got 0. Remedy: leave out bodies without a "
                 "load, or give them their weight"
             )
-        members = [group.punches[i] for i in body]
+        members = [together.punches[i] for i in body]
         around = hulls([punch.footprint for punch in members], centre)
         try:
             require_compression(load, origin, around, all(p.gap is None for p in members))
         except ValueError as error:
             raise ValueError(f"{called}: {error}") from None
+
+
+def interaction_factors(
+    group: Any, loads: Sequence[Load | Mapping], options: dict[str, Any]
+) -> ndarray:
+    """Settlements of bodies over those of each alone, see `RigidPunches.interaction_factors`."""
+    if group.stiffness is not None:
+        raise ValueError(
+            "expected punches without a frame, which leaves none of them alone. Remedy: "
+            "RigidPunches without stiffness="
+        )
+    loads = checked_sequence("loads", loads)
+    together = group.solve(loads, **options)
+    options.pop("start", None)
+    factors = []
+    for body, load in zip(group.bodies, loads, strict=True):
+        joined = [tuple(range(len(body)))] if len(body) > 1 else ()
+        alone = type(group)([group.punches[i] for i in body], joined).solve([load], **options)
+        if alone[0].settlement == 0:
+            raise ValueError(
+                "expected loads that settle each body, got one without a settlement on punch "
+                f"{group.names[body[0]]}: there is nothing to compare"
+            )
+        factors.append(together[body[0]].settlement / alone[0].settlement)
+    return np.array(factors)

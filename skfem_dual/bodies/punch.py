@@ -1,8 +1,8 @@
 """A rigid punch pressed on a substrate: equations (3)-(5) of the paper."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -14,19 +14,18 @@ from ..arguments import Pair, checked_flag, checked_instance
 from ..contact.edges import EdgeBoundaries
 from ..contact.footprint import Collocation, Edge, Footprint
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
-from ..contact.motions import holding
+from ..contact.motions import require_carried
 from ..contact.parts import Part
-from ..contact.problem import Contact, warn_of
-from ..contact.sectors import Sectors
-from ..contact.shapes import Gap, gap_values
+from ..contact.problem import Contact
+from ..contact.sectors import Sectors, gaps_in
+from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist
-from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
-from ..kernels.progress import Seconds, progress_bars, timed
+from ..kernels.progress import timed
 from ..messages import shown
 from ..operators.influence_operator import InfluenceOperator
 from ..operators.resources import require_matrix
@@ -35,9 +34,8 @@ from ..operators.symmetry import Symmetry
 from ..solutions.cases_solution import CasesSolution
 from ..solutions.pressures import CellPressures, checked_solution
 from ..solutions.punch_solution import PunchSolution
-from .body import Movable, Unchosen
+from .body import Movable
 from .cases import Cases, named, solve_cases
-from .kern import kern
 from .rigid import RigidBodies
 
 
@@ -138,11 +136,8 @@ class RigidPunch(Movable, RigidBodies):
 
     def __post_init__(self) -> None:
         self._own("gap", "edge_boundaries", "outline", "corners")
-        if self.edge is None or isinstance(self.edge, Unchosen):
-            flat = self.gap is None and not self._periodic
-            object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
-            at_nodes = self.collocation == "node"
-            object.__setattr__(self, "edge_by_contact", not (flat or self._periodic or at_nodes))
+        flat, at_nodes = self.gap is None and not self._periodic, self.collocation == "node"
+        self._choose_edge(flat, not (flat or self._periodic or at_nodes))
         symmetry = self.symmetry
         auto = symmetry is None or (isinstance(symmetry, str) and symmetry == "auto")
         if not (auto or isinstance(symmetry, Symmetry)):
@@ -228,46 +223,6 @@ class RigidPunch(Movable, RigidBodies):
             partition=self.partition,
         )
 
-    def kern(self) -> ndarray:
-        """Where a force may act without the punch lifting off.
-
-        Returns
-        -------
-        (2, k) array of float
-            Vertices of a convex polygon, counter-clockwise, from ``origin``.
-
-        Raises
-        ------
-        ValueError
-            If the punch is not flat: it lifts off depending on the force.
-        ConvergenceError
-            If pure settlement does not press on every cell: on a stiff crust there may be no kern,
-            elsewhere improve the mesh. Or if so few cells resist no tilt.
-
-        Warns
-        -----
-        ResolutionWarning
-            If it presses only slightly on some cell, as on stiff crusts, so that the kern may be
-            too large.
-
-        Examples
-        --------
-        A third of the radius of a circle:
-
-        >>> from skfem import MeshTri
-        >>> from skfem_dual import DualMesh, HalfSpace
-        >>> dual = DualMesh.from_mesh(MeshTri.init_circle(4))
-        >>> corners = RigidPunch(HalfSpace(1.0, 0.0), dual.basis()).kern()
-        >>> print(f"{np.hypot(*corners).mean():.2f}")
-        0.33
-        """
-        if self.gap is not None:
-            raise ValueError(
-                "expected a flat punch, got one with a gap, whose contact depends on the force"
-            )
-        corners = kern(self.system, self.partition, self.acting, self.centre)
-        return readonly(corners - np.array(self.origin)[:, None])
-
     @property
     def condition_number(self) -> float:
         """Condition number of the matrix in the 2-norm.
@@ -343,22 +298,7 @@ class RigidPunch(Movable, RigidBodies):
         load = self.acted_on(given, how.unilateral)
         progress = checked_flag("progress", progress)
         pressures = None if start is None else self.pressures_of(start)
-        return self._solved(load, how, pressures, progress)
-
-    def _solved(
-        self, load: Load, how: How, start: ndarray | None, progress: bool
-    ) -> PunchSolution:
-        constraints = self.constraints((load,), how.unilateral)
-        seconds = Seconds()
-        with progress_bars(progress):
-            contact, position = self.contact(constraints, how, start)
-        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
-            return sharp._solved(load, how, contact.pressure, progress)
-        warn_of(contact, self.rough(contact))
-        if contact.success and not how.unilateral:
-            self.warn_of_pulling()
-        timings = self.timings | {"solution": seconds()}
-        solution = PunchSolution.from_contact(self, load, contact, position, timings)
+        _, (solution,) = self._solved((load,), how, pressures, progress)
         _ = solution.shear  # what does not hold is told now
         return solution
 
@@ -409,13 +349,7 @@ class RigidPunch(Movable, RigidBodies):
     def constraints(self, loads: tuple[Load, ...], unilateral: bool) -> Constraints:
         """What one load imposes; a ValueError where no pressures, or no ground, can balance it."""
         load = loads[0]
-        if load.shear is not None:
-            holding(self.footprint)
-            if load.force == 0 and load.shear.any():
-                raise ValueError(
-                    "expected a positive force with horizontal forces and torsion, which cells in "
-                    "contact carry, got 0. Remedy: stiffness(full=True) for a base without weight"
-                )
+        require_carried(self.footprint, load)
         origin = self.origin - self.centre
         if unilateral:
             require_compression(load, origin, self.footprint.hulls, self.gap is None)
@@ -431,14 +365,7 @@ class RigidPunch(Movable, RigidBodies):
 
     @property
     def _shape(self) -> Callable[[Sectors], ndarray] | None:
-        return None if self.gap is None else self._gaps
-
-    def _gaps(self, sectors: Sectors) -> ndarray:
-        """Gaps in some sectors: of functions and fields there, else those of their cells."""
-        if isinstance(self.gap, tuple) or callable(self.gap):
-            with suppress(ValueError):  # of shapes that are not known beyond collocation points
-                return gap_values(self.gap, sectors.x)
-        return self.initial_gap[sectors.cell]
+        return None if self.gap is None else partial(gaps_in, self.gap, self.initial_gap)
 
     def answers(
         self,

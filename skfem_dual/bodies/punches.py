@@ -18,9 +18,8 @@ from scipy.sparse import csr_matrix
 
 from ..arguments import checked_flag, checked_sequence
 from ..contact.by_work import Beside, added_by_work, met
-from ..contact.edges import narrow
 from ..contact.footprint import Footprint
-from ..contact.load import Constraints, Load, load_of, require_compression, require_vertical
+from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import Ground, LoadedCells, slices_of
 from ..contact.one_sign import solved
 from ..contact.pressed import Pressed
@@ -38,6 +37,7 @@ from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.group_solution import PunchesSolution
 from ..solutions.punch_solution import PunchSolution
+from .contributions import checked_load, contribution, require_balanced, rough_of
 from .elastic import ElasticPunch
 from .group import RigidPunches
 from .neighbours import (
@@ -48,7 +48,6 @@ from .neighbours import (
     tell_of_coarse,
 )
 from .punch import RigidPunch
-from .resisted import NO_BALANCE
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -281,7 +280,7 @@ class Punches(FromFields):
 
     def _shares(self, given: list[Any], flat: ndarray) -> list[Contribution]:
         each = zip(self.punches, given, self.slices, strict=True)
-        return [_share(punch, load, flat[cells]) for punch, load, cells in each]
+        return [contribution(punch, load, flat[cells]) for punch, load, cells in each]
 
     def _system(self, shares: list[Contribution], flat: ndarray, dense: bool) -> ContactSystem:
         """The equations where some cells are flat."""
@@ -308,32 +307,18 @@ class Punches(FromFields):
                 f"expected one load for each of the {len(self.punches)} punches, got {len(loads)}"
             )
         return [
-            _checked_load(f"loads[{i}]", punch, load)
+            checked_load(f"loads[{i}]", punch, load)
             for i, (punch, load) in enumerate(zip(self.punches, loads, strict=True))
         ]
 
     def _require_balance(self, given: list[Any], shares: list[Contribution]) -> None:
         """Refuse loads of a body that pressures under it cannot balance."""
-        for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
-            planes, resultants, gap, constraints = shares[i]
-            areas = punch.partition.areas
-            alone = ContactSystem(self.operator, planes, resultants, gap, areas)
+        operator, each = self.operator, zip(self.names, self.punches, given, shares, strict=True)
+        for name, punch, load, share in each:
             try:
-                loaded = constraints.fixed.any() or constraints.given.any()
-                if len(planes) and not loaded and len(constraints.given) == len(constraints.fixed):
-                    raise ValueError(
-                        "expected a force, got none. Remedy: leave out bodies without a load, or "
-                        "give them their weight"
-                    )
-                if isinstance(punch, RigidPunch):
-                    origin, flat = punch.origin - punch.centre, punch.gap is None
-                    require_compression(load, origin, punch.footprint.hulls, flat)
-                else:
-                    punch.require_load(*load)
-                    if not alone.can_balance(constraints):
-                        raise ValueError(NO_BALANCE)
+                require_balanced(punch, load, share, operator)
             except ValueError as error:
-                raise ValueError(f"punch {self.names[i]}: {error}") from None
+                raise ValueError(f"punch {name}: {error}") from None
 
     def _solutions(
         self,
@@ -350,7 +335,7 @@ class Punches(FromFields):
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
             others, part, way = (*pressed[:i], *pressed[i + 1 :]), parts[i], moved[i]
             if isinstance(punch, RigidPunch):
-                warn_of(part, _rough(punch, part))
+                warn_of(part, rough_of(punch, part))
                 times = punch.timings | timings
                 beside = Beside(punch, load, part, way, others)
                 found = PunchSolution.from_contact(punch, load, part, way, times, others, beside)
@@ -366,43 +351,3 @@ class Punches(FromFields):
         lines = [f"  {type(p).__name__} {name}: {p.grid_description}" for name, p in named]
         head = f"<skfem_dual Punches object>\n  Substrate: {self.punches[0].substrate}"
         return "\n".join([head, *lines])
-
-
-def _checked_load(name: str, punch: RigidPunch | ElasticPunch, load: Any) -> Any:
-    """A load of a rigid punch; load vector and held values of an elastic one."""
-    if isinstance(punch, RigidPunch):
-        load = load_of(name, load)
-        require_vertical(name, load)
-        return load
-    if isinstance(load, Load):
-        raise TypeError(
-            f"expected a load vector of the structure for {name}, got a Load. Remedy: assemble it "
-            "on the basis of the structure, or plate.probes(x).T @ forces for forces at points"
-        )
-    if not isinstance(load, Mapping):
-        load = {"f": load}
-    if "f" not in load or set(load) - {"f", "x"}:
-        raise TypeError(f"expected keys f and x of {name}, got {shown(list(load))}")
-    try:
-        return punch.checked_loads(load["f"], load.get("x"))
-    except (TypeError, ValueError) as error:
-        raise type(error)(f"{name}: {error}") from None
-
-
-def _share(punch: RigidPunch | ElasticPunch, load: Any, flat: ndarray) -> Contribution:
-    """What a body under its load brings into the equations of all, some of its cells flat."""
-    if isinstance(punch, ElasticPunch):
-        f, held = load
-        return punch.share(f, held, flat)
-    return Contribution(
-        punch.planes(punch.collocation_points),
-        punch.footprint.flattened(flat).resultants,
-        punch.initial_gap,
-        load.constraints(punch.origin - punch.centre),
-    )
-
-
-def _rough(punch: RigidPunch, contact: Contact) -> list[str]:
-    """Warnings of contact under one of them, as of `RigidPunches`."""
-    thin = "" if punch.initial_gap.any() else narrow(punch.partition, contact.touching)
-    return [message for message in (contact.rough, thin) if message]

@@ -14,9 +14,10 @@ from ..contact.footprint import Footprint
 from ..contact.line_law import with_line_law
 from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import ExactRows, LoadedCells, slices_of
+from ..contact.methods import find_contact
 from ..contact.one_sign import solved
 from ..contact.parts import Part, by_bodies, flattened_system
-from ..contact.problem import Contact, rough_under
+from ..contact.problem import Contact, rough_under, warn_of
 from ..contact.sectors import Sectors
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
@@ -26,6 +27,7 @@ from ..elements.slope_correction import SlopeCorrection
 from ..errors import ResolutionWarning, warn
 from ..kernels.limits import threads_for_matrix
 from ..kernels.once import FromFields, computed_once
+from ..kernels.progress import Seconds, progress_bars
 from ..solutions.punch_solution import PunchSolution
 from .frame import FramedSystem
 
@@ -167,6 +169,23 @@ class RigidBodies(FromFields, ABC):
         """What is asked of an answer."""
         return Verification(self.system, constraints, how, self.exact_rows, self._rtol)
 
+    def _solved(
+        self, loads: tuple[Load, ...], how: How, start: ndarray | None, progress: bool
+    ) -> tuple[Self, tuple[PunchSolution, ...]]:
+        """The bodies with edges as the contact has them, and the answers of each punch under
+        loads; ``start`` as of `solved`."""
+        constraints = self.constraints(loads, how.unilateral)
+        seconds = Seconds()
+        with progress_bars(progress):
+            contact, position = self.contact(constraints, how, start)
+        if contact.success and (sharp := self.over_edge(contact.pressure)) is not None:
+            return sharp._solved(loads, how, contact.pressure, progress)
+        timings = self.timings | {"solution": seconds()}
+        warn_of(contact, self.rough(contact))
+        if contact.success and not how.unilateral:
+            self.warn_of_pulling()
+        return self, self.answers(loads, contact, position, timings)
+
     def contact(
         self, constraints: Constraints, how: How, start: ndarray | None = None
     ) -> tuple[Contact, ndarray]:
@@ -277,7 +296,7 @@ class GroundEquations:
 
     def found(self, how: How, start: ndarray | None) -> tuple[Contact, ndarray]:
         """Contact and positions of the bodies, from pressures to begin with."""
-        return self.system.solve(self.constraints, how, start)
+        return find_contact(self.system, self.constraints, how, start)
 
     def verified(
         self, how: How, exact: ExactRows | None, rtol: float, contact: Contact, position: ndarray

@@ -23,7 +23,7 @@ from .. import (
     RigidPunches,
 )
 from ..arguments import Pair
-from ..contact.load import Hull
+from ..contact.hull import Hull
 from ..errors import MeshWarning
 from ..grids.corners import signed_areas
 from ..grids.outline import ROUNDED, distance_to_segments, inside_loops, near_edge

@@ -32,7 +32,7 @@ from ..kernels.once import computed_once
 from ..messages import place
 from ..operators.influence_operator import COARSEST, RTOL
 from .edges import EdgeBoundaries, weights_of
-from .load import Hull
+from .hull import Hull
 from .loaded_cells import LoadedCells
 from .period import PeriodTriangles
 from .plan_triangles import PlanTriangles

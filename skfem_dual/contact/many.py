@@ -22,6 +22,7 @@ from ..errors import ConvergenceError
 from ..kernels.once import computed_once
 from .load import Constraints
 from .loaded_cells import ExactRows, LoadedCells
+from .methods import find_contact
 from .problem import Contact
 from .system import ContactSystem
 from .unilateral import How, solve_scaled
@@ -97,7 +98,10 @@ class ManyLoads:
         unilateral = self.how.unilateral
         together = self._loaded if self.how.method == "auto" else np.zeros_like(self._loaded)
         if not together.any():
-            return [self.system.solve(constraints, self.how) for constraints in self.constraints]
+            return [
+                find_contact(self.system, constraints, self.how)
+                for constraints in self.constraints
+            ]
         moved = self._balanced(self._whole, self._full, self._given[:, together])
         pressure = self._full.pressure @ _and_one(moved)
         tension = -pressure.min(axis=0, initial=0.0) / np.abs(pressure).max(axis=0, initial=1e-300)
@@ -115,7 +119,7 @@ class ManyLoads:
         lifting = np.nonzero(~full)[0]
         found |= self._lifting_off(cases[lifting[np.argsort(tension[lifting], kind="stable")]])
         for k in np.nonzero(~together)[0].tolist():
-            found[k] = self.system.solve(self.constraints[k], self.how)
+            found[k] = find_contact(self.system, self.constraints[k], self.how)
         return [found[k] for k in range(len(self.constraints))]
 
     @computed_once
@@ -272,7 +276,7 @@ class ManyLoads:
             answer = self._pivoted(self._whole, nearby, self._given[:, k]) if self.dense else None
             if answer is None:
                 start = None if self.dense else last
-                found[k] = self.system.solve(self.constraints[k], self.how, start)
+                found[k] = find_contact(self.system, self.constraints[k], self.how, start)
                 last = found[k][0].pressure if found[k][0].success else None
                 continue
             found[k] = answer[0], answer[0].motion * self._units

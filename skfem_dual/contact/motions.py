@@ -32,9 +32,22 @@ from ..messages import shown
 from ..operators.factors import Factors
 from .edges import weights_of
 from .footprint import Footprint
+from .load import Load
 from .region import ContactRegion
 from .sectors import Sectors, sectors
 from .system import DENSE
+
+
+def require_carried(footprint: Footprint, load: Load) -> None:
+    """Refuse horizontal loads that no cell in contact can carry, with a ValueError."""
+    if load.shear is None:
+        return
+    holding(footprint)
+    if load.force == 0 and load.shear.any():
+        raise ValueError(
+            "expected a positive force with horizontal forces and torsion, which cells in "
+            "contact carry, got 0. Remedy: stiffness(full=True) for a base without weight"
+        )
 
 
 def holding(cells: Footprint) -> HalfSpace | Stratified:

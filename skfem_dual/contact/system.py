@@ -5,19 +5,15 @@ Pressures p of the cells and a position s obey ``D p + gap = planes' s`` in cont
 Schur complement, the stiffness ``resultants D^-1 planes'``.
 """
 
-from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
 from numpy import ndarray
 
-from ..errors import ConvergenceError
 from ..grids.partition import Partition
-from ..kernels.limits import limited_threads
 from ..kernels.once import computed_once
 from ..kernels.progress import bars_shown, timed
-from ..messages import without_remedy
 from ..operators.dense_solver import ITERATED, DenseSolver
 from ..operators.factors import Factors
 from ..operators.flattened import FlattenedOperator
@@ -27,21 +23,14 @@ from ..operators.iterative import solve_many
 from ..operators.preconditioner import approximate_inverse
 from ..operators.symmetric_matrix import SymmetricMatrix
 from ..operators.toeplitz import BlockToeplitz
-from ..operators.yielding import TOO_SOFT, YieldingOperator
+from ..operators.yielding import YieldingOperator
 from .cell_forces import CellForces
 from .load import Constraints
-from .positions import apart, by_force, noise
 from .problem import Contact, ContactProblem
-from .unilateral import MOST, How, active_set, beginning, conjugate_gradients, solve_scaled
+from .unilateral import solve_scaled
 
-#: violation of the conditions on the gap to which iterations with a matrix go by default, and
-#: how many there are before an active set ends what they began
-EXACTLY, FEW = 1e-13, 100
-UNANSWERED = "no force was found under which the settlement is the one imposed"
 #: cells smaller by so much than the median one may keep iterations from converging
 SLIVER = 1e-3
-#: accuracy of gaps from which the active set is begun
-ROUGHLY = 1e-6
 #: up to so many cells the matrix is a dense one with exact entries, if no tolerance is given
 DENSE = 4000
 
@@ -108,12 +97,12 @@ class ContactSystem:
             return cast(FlattenedOperator, self.matrix).preconditioner
 
     @property
-    def _dense(self) -> bool:
+    def dense(self) -> bool:
         """Whether the matrix can be factorised."""
-        return self._given or (self._regular is not None and len(self.areas) <= DENSE)
+        return self.explicit or (self._regular is not None and len(self.areas) <= DENSE)
 
     @property
-    def _given(self) -> bool:
+    def explicit(self) -> bool:
         """Whether the matrix is not an operator."""
         return isinstance(self.matrix, (np.ndarray, SymmetricMatrix))
 
@@ -123,7 +112,7 @@ class ContactSystem:
         return self.matrix.toeplitz if isinstance(self.matrix, InfluenceOperator) else None
 
     @property
-    def _singular(self) -> bool:
+    def singular(self) -> bool:
         """Whether a uniform pressure settles nothing, as on periodic ground."""
         return self._regular is not None and self._regular.singular
 
@@ -137,7 +126,7 @@ class ContactSystem:
     def array(self) -> Any:
         """The matrix as something that can be factorised, if it can be."""
         operator: Any = self.matrix if self._regular is None else self._regular
-        return operator if self._given else operator.to_dense()
+        return operator if self.explicit else operator.to_dense()
 
     @property
     def approximate(self) -> Any:
@@ -146,9 +135,9 @@ class ContactSystem:
             return self.nearby
         if self._regular is not None:
             return self._regular.inverse
-        if self._given and self.gap.any() and not self._iterated:
+        if self.explicit and self.gap.any() and not self._iterated:
             return None  # shaped punches begin with no contact, and factors take longer
-        return self.factors if self._given else self.preconditioner
+        return self.factors if self.explicit else self.preconditioner
 
     @property
     def unit_pressures(self) -> ndarray:
@@ -179,12 +168,12 @@ class ContactSystem:
 
         With them why iterations did not converge, if they did not.
         """
-        if self._singular:
+        if self.singular:
             raise ValueError(
                 "expected ground without a period: on a PeriodicGround settlements do not tell "
                 "the pressures. Remedy: solve under a force"
             )
-        if self._dense:
+        if self.dense:
             return self.factors.solve(rhs), ""
         operator, preconditioner = cast(InfluenceOperator, self.matrix), self.preconditioner
         how: dict[str, Any] = {"preconditioner": preconditioner}
@@ -224,11 +213,11 @@ class ContactSystem:
         ValueError
             If the matrix is not an array.
         """
-        if self._singular:
+        if self.singular:
             return float("inf")
         if isinstance(self.matrix, SymmetricMatrix):
             return self.matrix.condition_number
-        if not self._dense:
+        if not self.dense:
             raise ValueError(
                 "expected a dense matrix for the condition number, got an operator. Remedy: a "
                 f"coarser mesh; up to {DENSE} cells the matrix is dense"
@@ -259,81 +248,6 @@ class ContactSystem:
         forces = CellForces.from_problem(self.problem(constraints))
         return forces.balanced(np.zeros(len(self.areas))) is not None
 
-    def solve(
-        self, constraints: Constraints, how: How, start: ndarray | None = None
-    ) -> tuple[Contact, ndarray]:
-        """Contact and position under what is imposed, from pressures to begin with.
-
-        By default conjugate gradients find it, with a matrix to rounding errors; the active set
-        where they do not end soon, unless there are too many cells.
-
-        Raises
-        ------
-        ValueError
-            If the method needs a matrix that is too large.
-        ConvergenceError
-            If the bodies can move without resistance, or loads are too large for numbers.
-        """
-        if how.unilateral:
-            contact, position = self._unilateral(constraints, how, start)
-        else:
-            contact, position = self.bilateral(constraints)
-        if not (np.isfinite(contact.pressure).all() and np.isfinite(position).all()):
-            raise ConvergenceError("the loads are too large for floating-point numbers")
-        return contact, position
-
-    def _unilateral(
-        self, constraints: Constraints, how: How, start: ndarray | None
-    ) -> tuple[Contact, ndarray]:
-        _, method, gap_rtol = how
-        if method == "active-set" and not self._dense:
-            raise ValueError(
-                f"expected a dense matrix for the active set, got {self.matrix.shape[0]} cells. "
-                'Remedy: method="cg", or a coarser mesh'
-            )
-        known = start is not None  # an answer nearby
-        if start is None and not self.gap.any():
-            full, position = self.bilateral(constraints)
-            if (full.pressure >= -1e-13 * np.abs(full.pressure).max()).all():
-                return replace(full, pressure=full.pressure.clip(0)), position
-            start = full.pressure.clip(0)
-        problem = self.problem(constraints)
-        if constraints.conjugate:
-            contact = self._contact(problem, how, start)
-            if not contact.success or noise(problem, contact):
-                other = apart(problem, True) or apart(problem)
-                if other is None and method != "active-set":
-                    other = self._from_all(problem, gap_rtol)
-                contact = other or contact
-        else:
-            contact = self._beside(constraints, problem, how, start, known)
-        return contact, constraints.fixed + self.scaled(constraints)[0] @ contact.motion
-
-    def _beside(
-        self,
-        constraints: Constraints,
-        problem: ContactProblem,
-        how: How,
-        start: ndarray | None,
-        known: bool,
-    ) -> Contact:
-        """Contact where the reaction acts beside what is imposed, for which there may be several:
-        the one nearby that is known; of one body none, or that of the force next to the one of
-        full contact."""
-        # of several bodies forces would be looked for within each other
-        soon = known or len(self.planes) > 3
-        roads = [
-            lambda: apart(problem, True),
-            lambda: self._elsewhere(constraints, problem, how),
-            lambda: apart(problem),
-        ]
-        roads.insert(0 if soon else 2, lambda: self._directly(problem, how, start))
-        for road in roads:
-            found = road()
-            if found is not None:
-                return found
-        return Contact.nowhere(problem, message=UNANSWERED)
-
     def problem(self, constraints: Constraints) -> ContactProblem:
         """What is left for a method: free motions that move the bodies by about one."""
         motions, balance, unit = self.scaled(constraints)
@@ -347,97 +261,6 @@ class ContactSystem:
             inverse=self.approximate,
             conjugate=constraints.conjugate,
         )
-
-    def _from_all(self, problem: ContactProblem, gap_rtol: float) -> Contact | None:
-        """Contact found from pressures on all cells: from too few no descent leads on."""
-        every = np.ones(len(self.areas))
-        settled = np.abs(problem.matrix @ every).max()
-        if not settled > 0:  # on a period
-            return None
-        start = np.abs(problem.gap.min()) / settled * every
-        contact = self._gradients(problem, start, gap_rtol)
-        if contact.success and self._given:
-            polished = active_set(problem, contact.pressure > 0)
-            contact = polished if polished.success else contact
-        return contact if contact.success else None
-
-    def _elsewhere(
-        self, constraints: Constraints, problem: ContactProblem, how: How
-    ) -> Contact | None:
-        """The same by the force under which the settlement is the one imposed."""
-        if how.method != "cg" and self._dense:  # from a rough answer the active set is soon there
-            found = self._by_force(constraints, problem, How(True, "cg", ROUGHLY))
-            if found is None:
-                return None
-            polished = active_set(replace(problem, matrix=self.array), found[0].pressure > 0)
-            if polished.success:
-                return polished
-        found = self._by_force(constraints, problem, how)
-        if found is None:
-            return None
-        contact, position = found
-        motions = self.scaled(constraints)[0]
-        motion = np.linalg.lstsq(motions, position - constraints.fixed, rcond=None)[0]
-        gap = self.matrix @ contact.pressure + self.gap - position @ self.planes
-        return replace(contact, motion=motion, gap=gap)
-
-    def _by_force(
-        self, constraints: Constraints, problem: ContactProblem, how: How
-    ) -> tuple[Contact, ndarray] | None:
-        """Contact and position, each force from the contact found last; None if none is found."""
-        last: ndarray | None = None
-
-        def solve(given: Constraints) -> tuple[Contact, ndarray]:
-            nonlocal last
-            answer = self._unilateral(given, how, last)
-            last = answer[0].pressure if answer[0].success else last
-            return answer
-
-        height = np.abs(self.gap - problem.gap).max() + np.ptp(self.gap)
-        return by_force(constraints, self.stiffness, height, solve, how.gap_rtol)
-
-    def _directly(
-        self, problem: ContactProblem, how: How, start: ndarray | None
-    ) -> Contact | None:
-        """The same by the active set, if there are few cells and it finds one."""
-        if how.method == "cg" or not (self._dense or self.formed):
-            return None
-        contact = self._active_set(problem, start)
-        return contact if contact.success and not noise(problem, contact) else None
-
-    def _active_set(self, problem: ContactProblem, start: ndarray | None) -> Contact:
-        own = replace(problem, matrix=self.array)
-        return active_set(own, beginning(start, len(self.areas)), singular=self._singular)
-
-    def _contact(self, problem: ContactProblem, how: How, start: ndarray | None) -> Contact:
-        """Contact by one method, or by the active set from where conjugate gradients ended."""
-        n, (_, method, gap_rtol) = len(self.areas), how
-        if method == "active-set":
-            return self._active_set(problem, start)
-        if method == "auto" and self.formed:
-            found = self._gradients(problem, start, EXACTLY if self._given else gap_rtol, FEW)
-        else:
-            found = self._gradients(problem, start, gap_rtol)
-        if found.success or method == "cg" or not (self.formed or self._dense):
-            return found
-        problem, history = replace(problem, matrix=self.array), found.history
-        for pressure in (found.pressure, start) if found.touching.any() else (start,):
-            polished = active_set(problem, beginning(pressure, n))
-            history += polished.history
-            if polished.success:
-                break
-        return replace(polished, history=history)
-
-    def _gradients(
-        self, problem: ContactProblem, start: ndarray | None, gap_rtol: float, most: int = MOST
-    ) -> Contact:
-        # threads of BLAS go on waiting for work, in the way of those of the products
-        with nullcontext() if self._dense else limited_threads(1, "blas"):
-            found = conjugate_gradients(problem, start, gap_rtol, most, bars_shown())
-        if not found.success and isinstance(self.matrix, YieldingOperator):
-            reason = without_remedy(found.message)
-            found = replace(found, message=f"{reason}; {TOO_SOFT}")
-        return found
 
     def scaled(self, constraints: Constraints) -> tuple[ndarray, ndarray, ndarray]:
         """Free motions that move the punch by about one, the balance by the same units."""

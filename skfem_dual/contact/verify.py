@@ -13,6 +13,7 @@ from numpy import ndarray
 from ..operators.yielding import YieldingOperator
 from .load import Constraints
 from .loaded_cells import ExactRows
+from .methods import find_contact
 from .problem import Contact
 from .system import ContactSystem
 from .unilateral import How, between
@@ -176,7 +177,7 @@ def verified(
 
     Under a structure they are refined until they do, or as far as rounding lets.
     """
-    contact, position = system.solve(constraints, how, start)
+    contact, position = find_contact(system, constraints, how, start)
     # products of a structure are closer than the array formed of them
     refinable = contact.success and isinstance(system.matrix, YieldingOperator) and system.formed
     verify = Verification(system, constraints, how, exact, rtol)

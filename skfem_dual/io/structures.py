@@ -78,7 +78,9 @@ def write_structure(
     polygons, fan = punch.partition.polygons, punch.fan
     around, triangles = surroundings(punch.partition, fan, beyond)
     ground = np.hstack([polygons.p, around])
-    settled = np.vstack([np.zeros_like(ground), -punch.up * solution.ground_displacement(ground)])
+    settled = np.vstack(
+        [np.zeros_like(ground), -punch.interface.up * solution.ground_displacement(ground)]
+    )
     first = structure.p.shape[1]
     second = first + polygons.p.shape[1]
     blocks: list[tuple[str, ndarray]] = [(kind, t.T)]

@@ -9,7 +9,8 @@ from skfem import MeshTri
 
 from ..arguments import Pair, checked_number
 from ..bodies.punch import RigidPunch
-from ..contact.load import Hull, Load, require_compression
+from ..contact.hull import Hull
+from ..contact.load import Load, require_compression
 from ..errors import MeshError, Told, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate

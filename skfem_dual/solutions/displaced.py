@@ -78,5 +78,5 @@ def _of_solid(solution: ElasticSolution) -> ndarray:
     field, at = place_worked_on(shapes, basis.elem, punch.component, True)
     values = vertex_values(basis, solution.displacement, field)
     moved = values.copy() if at == (2,) else np.zeros((3, values.shape[-1]))
-    moved[2] = -punch.up * punch.sense * values[at]
+    moved[2] = -punch.interface.up * punch.interface.sense * values[at]
     return moved

@@ -88,7 +88,7 @@ class ElasticSolution(CellPressures):
         pressed = punch.loads_of(cells) @ contact.pressure
         bent = punch.lifted(f - pressed, held)
         moved = punch.motions @ position
-        displacement = punch.steadied(bent + moved)
+        displacement = punch.free_motions.steadied(bent + moved)
         forces = K @ bent - f + pressed  # motions take no forces, but cancel by rounding
         reactions = np.zeros(len(f))
         reactions[fixed] = forces[fixed]
@@ -126,7 +126,9 @@ class ElasticSolution(CellPressures):
         loads it is the force on the ground, less what springs in the stiffness take. In
         ``reactions`` are those of all DOFs, moments of slopes and horizontal forces among them.
         """
-        return float(self.reactions @ self.punch.settling) if self.reactions.any() else 0.0
+        return (
+            float(self.reactions @ self.punch.interface.settling) if self.reactions.any() else 0.0
+        )
 
     def deflection(self, x: ArrayLike) -> ndarray:
         """Deflection of the structure at points of the plan, positive into the ground.
@@ -148,7 +150,7 @@ class ElasticSolution(CellPressures):
         punch = self.punch
         points, shape = flat_points(x)
         values = value_matrix(punch.contact_basis, points, punch.component) @ self.displacement
-        return (-values if punch._upward else values).reshape(shape)
+        return (-values if punch.interface.upward else values).reshape(shape)
 
     @computed_once
     def contact_modulus(self) -> float:
@@ -207,7 +209,7 @@ class ElasticSolution(CellPressures):
         if options:
             raise TypeError(f"expected a basis with {list(options)}, got none")
         pressed = self.punch.loads_of(self.footprint) @ self.pressure
-        return -pressed if self.punch._upward else pressed
+        return -pressed if self.punch.interface.upward else pressed
 
     def _position_rows(self) -> dict[str, str]:
         least, most = self.deflection_range
@@ -246,8 +248,9 @@ def _in_equilibrium(
     punch: Any, contact: Contact, forces: ndarray, residual: float, moved: ndarray
 ) -> Contact:
     """The contact, without success where forces are not balanced or nothing tells a position."""
+    free = punch.free_motions
     if not residual <= EQUILIBRIUM:
-        idle = punch.idle_motions
+        idle = free.idle
         share = np.abs(idle.T @ forces) / np.maximum(np.abs(idle).T @ np.abs(forces), TINY)
         cause = (
             "pressures work on a mechanism, which neither the stiffness nor points in the middle "
@@ -259,7 +262,7 @@ def _in_equilibrium(
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
             f"its loads; {cause}"
         )
-    elif moved.any() and (lost := punch.untold(punch.parts[1], contact.pressure, UNLOADED)):
+    elif moved.any() and (lost := free.untold(free.parts[1], contact.pressure, UNLOADED)):
         # without any load it stays where it is
         message = (
             f"{lost} presses on the ground nowhere, and nothing else tells its position. "
@@ -271,7 +274,7 @@ def _in_equilibrium(
 
 
 def _warn_if_bent(punch: Any, cells: Any, displacement: ndarray, touching: ndarray) -> None:
-    bent, cell = punch.bent_within(displacement, touching)
+    bent, cell = punch.interface.bent_within(displacement, touching)
     if bent > BENT:
         at = place(cells.partition.centroids[:, cell])
         warn(

@@ -163,12 +163,12 @@ class GroupAnswer(ReadOnly):
     @computed_once
     def positions(self) -> ndarray | None:
         """Those of the bodies one after the other, see `Work.positions`; shape (2, 3 nbodies)."""
-        if self.group.amid_many(self.contact):
-            added = self.group.added_amid(self.contact, self.position)
-            return self.group.imposed(self.loads).keeping(self.position + added)
+        if self.group.by_work.amid_many(self.contact):
+            added = self.group.by_work.added_amid(self.contact, self.position)
+            return self.group.arrangement.imposed(self.loads).keeping(self.position + added)
         if not self.group.works(self.contact):
             return None
-        return self.group.work.positions(self.group.imposed(self.loads), self.contact)
+        return self.group.work.positions(self.group.arrangement.imposed(self.loads), self.contact)
 
 
 def answers_of(
@@ -196,12 +196,12 @@ def answers_of(
             load = loads[number]
             if len(body) > 1 or punches.stiffness is not None:
                 found = {"settlement": float(settlement), "tilt": tuple(own[1:].tolist())}
-                load = replace(punches.share_of(number, load), **found)
+                load = replace(punches.arrangement.share_of(number, load), **found)
             around = others[:i] + others[i + 1 :]
             member: Member | Beside | None = None
             if together is not None:
                 member = Member(together, number, punch.origin - punches.centres[number])
-            elif number in punches.beside_shaped:
+            elif number in punches.by_work.beside_shaped:
                 member = Beside(punch, load, parts[i], own, around)
             solutions[i] = PunchSolution.from_contact(
                 punch, load, parts[i], own, punch.timings | timings, around, member

@@ -84,7 +84,8 @@ class Relief:
         """Of a solution, by default displaced so that it is seen."""
         punch = solution.punch
         structure = DisplacedStructure.of(solution, TRIANGLES)
-        mesh, moved, level, up = structure.mesh, structure.displacement, structure.level, punch.up
+        mesh, moved, level = structure.mesh, structure.displacement, structure.level
+        up = punch.interface.up
         solid, size = mesh.dim() == 3, float(np.ptp(structure.p, axis=1).max())
         faces = (mesh.facets[:, mesh.boundary_facets()] if solid else mesh.t).T
         length = np.sqrt(np.sum(moved**2, axis=0))
@@ -113,7 +114,7 @@ class Relief:
     def on_plan(self, field: Field) -> Surface:
         """The triangles of a field on the plan, a little above the structure."""
         above = ABOVE * np.ptp(self.structure.p, axis=1).max()
-        z = self.level + self.solution.punch.up * (
+        z = self.level + self.solution.punch.interface.up * (
             above - self.scale * self.solution.deflection(field.p)
         )
         return Surface(np.vstack([field.p, z]), field.t.T)
@@ -243,7 +244,7 @@ def _add_line(plotter: Any, x: ndarray) -> None:
 def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
     """From the front and above, with a scalar bar and the scale."""
     plotter.window_size = [1200, 800]
-    up = relief.solution.punch.up
+    up = relief.solution.punch.interface.up
     plotter.camera_position = [(-0.8, -2.2, up), (0, 0, 0), (0, 0, up)]
     plotter.reset_camera()
     plotter.camera.zoom(1.2)

@@ -1,0 +1,108 @@
+"""How a structure moves without resistance of its own: what the ground resists, and what nothing
+does."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy import ndarray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..grids.partition import Partition
+from ..grids.polygons import readonly
+from ..kernels.once import computed_once
+from ..messages import place
+from ..operators.compliance import Compliance
+
+#: deflections of the ground's surface below so many times the largest are none, and below so many
+#: times what motions make of the structure, but for parts that are so many times as stiff
+AT_REST, IDLE, ALIKE = 1e-8, 1e-6, 1e3
+#: motions that move a cell by less of what they move others are rounding there
+STILL = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class FreeMotions:
+    """Of a structure of N DOFs on n cells.
+
+    Attributes
+    ----------
+    compliance : Compliance
+        What it yields, and all its motions without resistance.
+    trace : (n, N) sparse matrix
+        Deflection of each collocation point.
+    partition : Partition
+        The cells.
+    """
+
+    compliance: Compliance
+    trace: csr_matrix
+    partition: Partition
+
+    @property
+    def resisted(self) -> ndarray:
+        """Displacements that move it against the ground, shape (N, m)."""
+        return self._split[0]
+
+    @property
+    def idle(self) -> ndarray:
+        """Displacements that leave the collocation points where they are, shape (N, k), as
+        sliding does."""
+        return self._split[1]
+
+    @computed_once
+    def _split(self) -> tuple[ndarray, ndarray]:
+        """Motions that the ground resists, and those that nothing resists."""
+        all_motions = self.compliance.motions
+        small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
+        _, size, rows = np.linalg.svd(small)
+        least = max(AT_REST * size.max(initial=0.0), IDLE * self._moved(all_motions))
+        count = int(np.sum(size > least))
+        split = all_motions @ rows.T
+        return readonly(split[:, :count]), readonly(split[:, count:])
+
+    @computed_once
+    def parts(self) -> tuple[ndarray, ndarray]:
+        """Numbers of the parts of the structure that hang together: of each DOF, shape (N,), and
+        of each cell, shape (n,)."""
+        _, part = connected_components(self.compliance.stiffness, directed=False)
+        return readonly(part), readonly(part[np.asarray(abs(self.trace).argmax(axis=1)).ravel()])
+
+    def untold(self, part: ndarray, loads: ndarray, rounding: float = 0.0) -> str:
+        """What moves without resistance and is not loaded, in words; none if there is no such
+        part. ``loads`` are those of any number of places, each in a part; so much of all of them
+        is ``rounding``."""
+        load = np.bincount(part, np.abs(loads), self.parts[0].max() + 1)
+        moved = np.abs(self.trace @ self.resisted).max(axis=1, initial=0.0)
+        lost = (load <= rounding * load.sum())[self.parts[1]] & (moved > STILL * moved.max())
+        if not lost.any():
+            return ""
+        cell = int(lost.argmax())
+        at = place(self.partition.centroids[:, cell])
+        whole = "the structure"
+        return whole if lost.all() else f"the part of {whole} with cell {cell} at {at}"
+
+    def require_load(self, loads: ndarray) -> None:
+        """Refuse loads, with a ValueError, that leave out a part of the structure of which nothing
+        else tells the position. Without any load all of it stays where it is."""
+        if loads.any() and (lost := self.untold(self.parts[0], loads)):
+            raise ValueError(
+                f"expected loads on all of the structure, got none on {lost}, "
+                "and nothing else tells its position. Remedy: its weight, or hold it, D="
+            )
+
+    def _moved(self, motions: ndarray) -> float:
+        """Deflection of the ground's surface if motions moved its DOFs as far as any others, in
+        their units: where structures only slide and turn, that which they cause is rounding."""
+        units, on_ground = self.compliance.units, np.diff(self.trace.tocsc().indptr) > 0
+        usual = units[on_ground & (units > 0)]
+        if not len(usual):
+            return 0.0
+        some = units > np.median(usual) / ALIKE
+        reach = np.linalg.norm(abs(self.trace) @ units)
+        return float(reach * np.abs(motions[some] / units[some, None]).max(initial=0.0))
+
+    def steadied(self, displacement: ndarray) -> ndarray:
+        """Without the part along motions that nothing resists, such as sliding on the ground."""
+        idle, _ = np.linalg.qr(self.idle)
+        return displacement - idle @ (idle.T @ displacement)
