@@ -13,7 +13,7 @@ from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.influence import influence_matrix
-from skfem_dual.elements.law_moments import Factors, Triangles, law_moments
+from skfem_dual.elements.law_moments import LawFactors, Triangles, law_moments
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.outline import edge_ribs
 from skfem_dual.grids.partition import Partition
@@ -191,7 +191,7 @@ def test_moments_are_those_of_triangles():
     assert first == pytest.approx(of_cells, abs=1e-13 * np.abs(of_cells).max())
     p = np.array([[0.0, 3.0, 1.0], [0.0, 0.0, 2.0]])
     root, one = np.sqrt([1.0, 1.0 + 1e-9, 1.0 - 1e-9]), np.array([1.0])
-    law = Factors(*inputs(np.ones((1, 2)), np.zeros(1), np.zeros(1, np.int32)))
+    law = LawFactors(*inputs(np.ones((1, 2)), np.zeros(1), np.zeros(1, np.int32)))
     t = np.array([[0], [1], [2]], np.int32)
     triangles = Triangles(*inputs(p, t, root, np.array([0, 1]), one), law)
     found = law_moments(triangles, np.zeros((2, 1)), np.zeros(1, dtype=np.int32))

@@ -8,7 +8,15 @@ from marks import slow
 from plans import disc, perturbed, rectangle, renumbered
 from skfem import CellBasis, ElementTriP0, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace, Paraboloid, RigidPunch
+from skfem_dual import (
+    DualMesh,
+    HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    Paraboloid,
+    RigidPunch,
+    RigidPunches,
+)
 from skfem_dual.contact.sectors import sectors
 from skfem_dual.contact.system import DENSE
 from skfem_dual.grids.generate import annulus
@@ -218,6 +226,35 @@ def test_shaped_punches_pressed_over_their_edge(grid, power):
     assert bounds.tilt[0, 0] < tilt < bounds.tilt[0, 1]
     again = shaped.solve(settlement=found.settlement, tilt=found.tilt)
     assert again.resultant == pytest.approx(found.resultant, abs=1e-8 * force)
+
+
+def test_shapes_known_in_collocation_points_only_keep_the_collocated_position():
+    """In sectors a constant gap in each cell would be a step: a plane is met by its slope."""
+    basis = DualMesh.from_mesh(fine_disc(n=150)).basis()
+
+    def shape(x):
+        return 0.1 * np.hypot(*x) ** 2 + 0.3 * x[0]
+
+    for of in (lambda x: shape(x), shape(RigidPunch(UNIT, basis).collocation_points)):
+        found = RigidPunch(UNIT, basis, gap=of).solve(3.0)
+        assert found.punch.edge == "singular"
+        assert found.tilt == pytest.approx([0.3, 0.0], abs=1e-5)
+        assert found.settlement == pytest.approx(1.5 + 0.2 / 3, rel=1e-3)
+
+
+def test_positions_imposed_where_the_last_cells_touch():
+    """Whether these touch under the force by work or not: what is imposed is kept."""
+    basis = DualMesh.from_mesh(disc(3)).basis()
+    shaped = RigidPunch(UNIT, basis, gap=lambda x: 0.3 * np.hypot(*x) ** 2, edge="singular")
+    other = DualMesh.from_mesh(disc(2).translated((50.0, 0.0))).basis()
+    pair = RigidPunches([shaped, RigidPunch(UNIT, other, origin=(50.0, 0.0))])
+    for settlement in np.arange(0.566, 0.572, 1e-3):
+        load = {"settlement": settlement, "tilt": (0.0, 0.0)}
+        both = pair.solve([load, {"force": 1e-3}])
+        for found in (shaped.solve(**load), both[0]):
+            assert found.success
+            assert found.settlement == pytest.approx(settlement, rel=1e-9)
+            assert found.force == pytest.approx(2 * (settlement - 0.2), rel=4e-3)
 
 
 def test_operators_and_symmetry_find_the_same():

@@ -357,15 +357,16 @@ class RigidPunch(Movable, RigidBodies):
 
     def works(self, contact: Contact) -> bool:
         """Of punches with edge-weighted cells, not all in a line, that are flat or touch with
-        their whole base."""
+        their whole base, whose shape is known between collocation points."""
         checked_instance("contact", contact, Contact)
-        known = self.gap is None or bool(contact.touching.all())
-        weighted = known and self.weights is not None
-        return weighted and resist(self.collocation_points, contact.touching)
+        if self.weights is None or not (self.gap is None or contact.touching.all()):
+            return False
+        known = self.work.gaps is not None
+        return known and resist(self.collocation_points, contact.touching)
 
     @property
-    def _shape(self) -> Callable[[Sectors], ndarray] | None:
-        return None if self.gap is None else partial(gaps_in, self.gap, self.initial_gap)
+    def _shape(self) -> Callable[[Sectors], ndarray | None] | None:
+        return None if self.gap is None else partial(gaps_in, self.gap)
 
     def answers(
         self,

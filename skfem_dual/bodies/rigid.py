@@ -128,7 +128,7 @@ class RigidBodies(FromFields, ABC):
         """What the loads impose; a ValueError where no pressures can balance them."""
 
     @property
-    def _shape(self) -> Callable[[Sectors], ndarray] | None:
+    def _shape(self) -> Callable[[Sectors], ndarray | None] | None:
         """See `Work.shape`."""
         return None
 
@@ -205,15 +205,14 @@ class RigidBodies(FromFields, ABC):
             imposed = replace(constraints, fixed=constraints.fixed - added)
             return self._collocated(imposed, how, last.pressure)
 
-        found = met(found, self.added, short)
+        found = by_points = met(found, self.added, short)
         (last, _), acting, off = found, np.zeros(len(constraints.fixed)), 0.0
         for _ in range(PASSES):
             held = None
             if last.success and self.works(last):
                 held = self.work.holding(constraints, last)
-            if held is None:
-                off = 0.0
-                break
+            if held is None:  # of the contact under that force work tells nothing
+                return by_points
             own = held[0] / self.work.unit  # forces, and moments over lengths
             change, size = np.abs(own - acting / self.work.unit).max(), np.abs(own).max()
             if change <= CLOSE * size:

@@ -58,13 +58,12 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
     return Sectors(np.ascontiguousarray(x), cell, total)
 
 
-def gaps_in(gap: Gap, in_cells: ndarray, sectors: Sectors) -> ndarray:
-    """Gaps of a shape in some sectors: of functions and fields there, else those of their cells,
-    (n,)."""
+def gaps_in(gap: Gap, some: Sectors) -> ndarray | None:
+    """Gaps of a shape in some sectors; None if it is known in collocation points only."""
     if isinstance(gap, tuple) or callable(gap):
-        with suppress(ValueError):  # of shapes that are not known beyond collocation points
-            return gap_values(gap, sectors.x)
-    return in_cells[sectors.cell]
+        with suppress(ValueError):
+            return gap_values(gap, some.x)
+    return None
 
 
 def gathered(x: ndarray, load: ndarray, cell: ndarray, part: ndarray) -> tuple[Sectors, ndarray]:

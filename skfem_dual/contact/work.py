@@ -60,13 +60,14 @@ class Work:
     system : ContactSystem
         Their equations, three components of the position for each body.
     shape : callable, optional
-        The gap of the unloaded body in `Sectors`; None of flat ones.
+        Gives the gap of the unloaded body in `Sectors`, None if that is not known; None of flat
+        ones.
     """
 
     parts: tuple[Part, ...]
     cells: LoadedCells
     system: ContactSystem
-    shape: Callable[[Sectors], ndarray] | None = None
+    shape: Callable[[Sectors], ndarray | None] | None = None
 
     @computed_once
     def sectors(self) -> Sectors:
@@ -231,11 +232,11 @@ class Work:
         motion = by_points @ (system.resultants @ system.shape_pressures / self.unit)
         pressure = pressures @ motion - system.shape_pressures
         settled = self._settled(pressure[:, None], None, True)[0]
-        return motion + unit_forces @ (settled + self.gaps - motion @ self.planes)
+        return motion + unit_forces @ (settled + cast(ndarray, self.gaps) - motion @ self.planes)
 
     @computed_once
-    def gaps(self) -> ndarray:
-        """Gap of the unloaded body in the sectors, (nsectors,)."""
+    def gaps(self) -> ndarray | None:
+        """Gap of the unloaded body in the sectors, (nsectors,); None if it is not known."""
         return np.zeros(len(self.sectors.cell)) if self.shape is None else self.shape(self.sectors)
 
     @computed_once
@@ -376,7 +377,8 @@ class Work:
         if pressures is None or touching.sum() < min(DOZEN, len(touching)):
             return None
         unit_forces = self._by_points(pressures, contact.flat)[1]
-        beyond = settled + self.gaps - (position * self.unit) @ self.planes
+        gaps = cast(ndarray, self.gaps)
+        beyond = settled + gaps - (position * self.unit) @ self.planes
         apart = np.where(touching[cell], beyond, 0.0)
         mean = np.bincount(cell, self.sectors.load * apart, len(touching))
         close = np.abs(mean) < APART * np.abs(settled).max() * self.system.areas
