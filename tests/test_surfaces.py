@@ -78,6 +78,18 @@ def test_headings_of_grids_tell_a_unit(tmp_path):
         MeasuredProfile.read(path)
 
 
+@pytest.mark.parametrize("mark", [",", ";", " "])
+@pytest.mark.parametrize(("head", "size"), [("z [um]", 1e-6), ("# z [um]", 1e-6), ("height", 1.0)])
+def test_one_heading_above_a_grid(tmp_path, mark, head, size):
+    path = tmp_path / "grid.csv"
+    path.write_text(f"{head}\n1{mark}2\n3{mark}4\n")
+    grid = MeasuredProfile.read(path, 1.0, peaks=False)
+    assert grid([[0.5], [1.5]]) == pytest.approx(2 * size)
+    path.write_text("height [raw]\n1 2\n3 4\n")
+    with pytest.raises(ValueError, match="got 'raw'"):
+        MeasuredProfile.read(path, 1.0)
+
+
 def test_three_lines_of_heights_with_spacing_are_a_grid(tmp_path):
     file = tmp_path / "three.csv"
     np.savetxt(file, HEIGHTS.T, delimiter=",")

@@ -95,21 +95,24 @@ def _array(file: Any) -> ndarray:
 
 def _text(file: Any) -> tuple[ndarray, list[Heading]]:
     """Numbers of a text, in columns, and their headings if a first line of words has some, or the
-    last one with # before the numbers names x and y; what else begins with # is skipped."""
+    last one with # before the numbers names x and y, or tells one length with its unit; what else
+    begins with # is skipped."""
     text = text_of(file)
     try:
         filled = {k: line for k, line in enumerate(text.splitlines(), 1) if line.strip()}
         lines = {k: line for k, line in filled.items() if line.lstrip()[0] != "#"}
         first = next(iter(lines.values()), "")
-        separator = next((mark for mark in SEPARATORS if mark in first), None)
+        separator = _separator(first)
         heads = _headings(first, separator)
         if _is_heading(parted_heads(first, separator)):
             lines = dict(list(lines.items())[1:])
+            if len(heads) == 1:  # between which nothing stands
+                separator = _separator(next(iter(lines.values()), ""))
         else:
             remarks = [line for k, line in filled.items() if lines and k < min(lines)]
             told = _headings(remarks[-1].lstrip("# \t"), separator) if remarks else []
             fits = len(told) == len(parted_heads(first, separator))
-            heads = told if fits and _names_places(told) else []
+            heads = told if (fits and _names_places(told)) or _tells_length(told) else []
         if not lines:
             raise ValueError("there are none")
         if separator in (";", "\t") and any("," in line for line in lines.values()):
@@ -140,7 +143,8 @@ def _arranged(
     ValueError
         If a unit is none of length.
     """
-    if len(heads) != values.shape[1]:
+    of_all = not points and len(heads) == 1
+    if len(heads) != values.shape[1] and not of_all:
         if points and _names_places(heads):
             raise ValueError(
                 f"expected a heading for each of the {values.shape[1]} columns of {file}, got "
@@ -163,6 +167,15 @@ def _arranged(
 def _headings(line: str, separator: str | None) -> list[Heading]:
     """The words of a line as headings."""
     return [Heading.of(word.strip("\"'")) for word in parted_heads(line, separator)]
+
+
+def _separator(line: str) -> str | None:
+    return next((mark for mark in SEPARATORS if mark in line), None)
+
+
+def _tells_length(heads: list[Heading]) -> bool:
+    """Whether there is one heading, with a unit of length."""
+    return len(heads) == 1 and heads[0].unit in SIZES
 
 
 def _names_places(heads: list[Heading]) -> bool:
