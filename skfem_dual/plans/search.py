@@ -59,7 +59,8 @@ class Accuracy:
         The error estimated: of the settlement of any point of the plan, over the settlement
         under the force, or over the largest of the plan where the resultant is so far off that
         this is less. If a settlement is imposed, of the force and of the moments, over the
-        pressures, all taken positive, and that times the distance of the farthest point.
+        pressures, all taken positive, and that times the distance of the farthest point. Infinite
+        of one mesh, which tells none; `PunchSolution.bounds` do.
     reached : bool
         Whether it is at most what was asked for.
     message : str
@@ -85,8 +86,9 @@ class Accuracy:
         return sum(trial.seconds for trial in self.trials)
 
     def __str__(self) -> str:
+        known = np.isfinite(self.error)
         return (
-            f"{self.error:.1e} estimated, {self.asked:.1e} asked"
+            f"{f'{self.error:.1e}' if known else 'none'} estimated, {self.asked:.1e} asked"
             f"{'' if self.reached else ', NOT REACHED'}; {self.cells} cells, "
             f"{len(self.trials)} meshes, {self.seconds:.2f} s"
         )

@@ -165,7 +165,8 @@ def _accuracy(accuracy: Accuracy) -> Html:
          number(trial.seconds, 3))
         for trial in accuracy.trials
     ]  # fmt: skip
-    asked, error = number(accuracy.asked, 2), number(accuracy.error, 2)
+    asked = number(accuracy.asked, 2)
+    error = number(accuracy.error, 2) if np.isfinite(accuracy.error) else "none"
     heading = "reached" if accuracy.reached else Html("<strong>NOT REACHED</strong>")
     return joined(
         [
