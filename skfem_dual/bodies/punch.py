@@ -359,10 +359,10 @@ class RigidPunch(Movable, RigidBodies):
         """Of punches with edge-weighted cells, not all in a line, that are flat or touch with
         their whole base, whose shape is known between collocation points."""
         checked_instance("contact", contact, Contact)
-        if self.weights is None or not (self.gap is None or contact.touching.all()):
+        if self.weights is None:
             return False
-        known = self.work.gaps is not None
-        return known and resist(self.collocation_points, contact.touching)
+        known = self.gap is None or (contact.touching.all() and self.work.gaps is not None)
+        return bool(known) and resist(self.collocation_points, contact.touching)
 
     @property
     def _shape(self) -> Callable[[Sectors], ndarray | None] | None:
