@@ -77,6 +77,16 @@ def test_neighbours():
         assert high - low < 0.02 * high
 
 
+def test_a_group_without_any_load():
+    punches = [
+        RigidPunch(UNIT, DualMesh.from_mesh(disc(1).translated((x, 0.0))).basis())
+        for x in (0.0, 2.2)
+    ]
+    for found in RigidPunches(punches).solve([{"force": 0.0}] * 2, unilateral=False):
+        assert not found.bounds.settlement.any()
+        assert not found.bounds.tilt.any()
+
+
 def test_they_scale_with_load_and_ground():
     mesh = disc(2)
     one = solve(mesh).bounds

@@ -275,7 +275,8 @@ def _of_group(answer: Any, grid: str, collocation: str) -> Any:
 
     def solved() -> Any:
         punches = [_on(punch, grid, collocation) for punch in answer.group.punches]
-        unilateral = bool((answer.contact.pressure >= 0).all())
+        pressure = answer.contact.pressure
+        unilateral = bool((pressure >= 0).all() and pressure.any())  # no forces, no contact
         return replace(answer.group, punches=punches).solve(answer.loads, unilateral=unilateral)
 
     return computed_in(answer.elsewhere, (grid, collocation), solved)
