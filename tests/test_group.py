@@ -381,6 +381,33 @@ def test_frame_without_stiffness_is_none():
     assert (frame.frame_forces == 0).all()
 
 
+@pytest.mark.parametrize("stiff", [1.0, 1e7])
+def test_frames_are_the_same_in_any_unit_of_length(stiff):
+    """Far from a metre they were no success, and without the positions by work."""
+    ways = [[1.0, 1.5, 0.0, -1.0, 1.5, 0.0], [0, 1, 0, 0, -1, 0], [0, 0, 1, 0, 0, -1]]
+    frame = stiff * sum(k * np.outer(w, w) for k, w in zip((3.0, 5.0, 1.0), ways, strict=True))
+
+    def moved(length):
+        def footing(x):
+            mesh = disc(2).translated((x, 0.0)).scaled(length)
+            return punch(mesh, origin=((x + 0.3) * length, 0.2 * length))
+
+        units = np.diag([1.0, length, length] * 2)
+        K = length * units @ frame @ units
+        loads = (
+            {"force": length**2, "at": (-0.2 * length, 0.1 * length)},
+            {"force": 2 * length**2, "moments": (0.5 * length**3, 0.0)},
+        )
+        footings = [footing(x) for x in (-1.5, 1.5)]
+        found = RigidPunches(footings, stiffness=K).solve(loads)
+        assert found.success
+        return [[s.settlement / length, *s.tilt] for s in found.solutions]
+
+    expected = moved(1.0)
+    for length in (1e-9, 1e-6, 1e-3, 1e8, 1e9):
+        assert moved(length) == pytest.approx(np.array(expected), rel=1e-6)
+
+
 @pytest.mark.parametrize("unilateral", [True, False])
 def test_frame_and_ground_together_balance_the_loads(unilateral):
     """Any positive stiffness, loads that lift a footing in part."""

@@ -335,6 +335,21 @@ def test_triangles_whose_vertices_do_not_ascend():
     )
 
 
+@pytest.mark.parametrize("length", [1e-9, 1e-6, 1e6])
+def test_free_plates_are_the_same_in_any_unit_of_length(length):
+    """Slopes of tilts are as large in all of them: below 1e-8 they were taken for idle."""
+
+    def settled(unit):
+        grid = DualMesh.from_mesh(MeshTri.init_circle(2).scaled(unit)).basis()
+        raft = Plate(0.1 * unit, 500.0, 0.2).on(HalfSpace(1.0, 0.0), grid)
+        at, sides = (0.3 * unit, 0.1 * unit), (0.2 * unit, 0.2 * unit)
+        found = raft.solve(column_load(raft.structure, at, unit**2, sides=sides))
+        assert found.success
+        return np.array(found.deflection_range) / unit
+
+    assert settled(length) == pytest.approx(settled(1.0), rel=1e-8)
+
+
 def two_plates(loads, spring=0.0):
     """Soft plates side by side, the first one on a spring."""
     square = MeshTri.init_tensor(*[np.linspace(0, 1, 5)] * 2)

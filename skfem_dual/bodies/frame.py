@@ -139,8 +139,10 @@ class FramedSystem:
         products.
         """
         system, constraints = self._together
-        free = np.linalg.lstsq(self.constraints.motions, position - self.constraints.fixed)[0]
-        whole = np.linalg.lstsq(self._compliance[1], free - self._yielded(contact))[0]
+        moved = np.abs(self.bodies.planes).max(axis=1)
+        free = _least(self.constraints.motions, position - self.constraints.fixed, moved)
+        moved = np.abs(self._planes).max(axis=1)
+        whole = _least(self._compliance[1], free - self._yielded(contact), moved)
         contact = Verification(system, constraints, how, rtol=rtol)(contact, whole)
         lost = self._unbalanced(contact.pressure, free)
         if contact.success and not lost <= EQUILIBRIUM:
@@ -193,6 +195,14 @@ def about_origin(constraints: Constraints, origin: ndarray, width: float) -> Con
     motions[0, 1:] = -origin
     given = _product(motions.T, constraints.given)
     return replace(constraints, motions=motions, balance=motions.T, given=given)
+
+
+def _least(matrix: ndarray, rhs: ndarray, moved: ndarray) -> ndarray:
+    """Solution of a consistent system for positions, whatever their units: a unit of each moves
+    bodies so far somewhere."""
+    rows = moved[:, None] * matrix
+    units = np.abs(rows).max(axis=0, initial=0.0)
+    return np.linalg.lstsq(rows / units, moved * rhs)[0] / units
 
 
 def _product(matrix: ndarray, vector: ndarray) -> ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
 
 from ..grids.partition import Partition
@@ -54,19 +54,29 @@ class FreeMotions:
     def _split(self) -> tuple[ndarray, ndarray]:
         """Motions that the ground resists, and those that nothing resists."""
         all_motions = self.compliance.motions
-        small = np.linalg.qr(self.trace @ all_motions, mode="r")  # not as many rows as cells
-        _, size, rows = np.linalg.svd(small)
-        least = max(AT_REST * size.max(initial=0.0), IDLE * self._moved(all_motions))
-        count = int(np.sum(size > least))
+        deflections = self.trace @ all_motions
+        # each over what it makes of the ground: deflections are no slopes, which have other units
+        reach, usual = np.linalg.norm(deflections, axis=0), self._moved(all_motions)
+        size = np.where(reach > IDLE * usual, reach, usual)
+        size[size == 0.0] = 1.0
+        reached = np.linalg.svd(np.linalg.qr(deflections / size, mode="r"))[1]
+        least = max(AT_REST * reached.max(initial=0.0), IDLE * (usual / size).max(initial=0.0))
+        count = int(np.sum(reached > least))
+        # not as many rows as cells
+        rows = np.linalg.svd(np.linalg.qr(deflections, mode="r"))[2]
         split = all_motions @ rows.T
         return readonly(split[:, :count]), readonly(split[:, count:])
 
     @computed_once
     def parts(self) -> tuple[ndarray, ndarray]:
         """Numbers of the parts of the structure that hang together: of each DOF, shape (N,), and
-        of each cell, shape (n,)."""
-        _, part = connected_components(self.compliance.stiffness, directed=False)
-        return readonly(part), readonly(part[np.asarray(abs(self.trace).argmax(axis=1)).ravel()])
+        of each cell, shape (n,). DOFs that are held move none, and are parts of their own."""
+        moving = diags((self.compliance.units > 0).astype(float))
+        linked = csr_matrix(moving @ self.compliance.stiffness @ moving)
+        linked.eliminate_zeros()
+        _, part = connected_components(linked, directed=False)
+        most = np.asarray(abs(self.trace @ moving).argmax(axis=1)).ravel()
+        return readonly(part), readonly(part[most])
 
     def untold(self, part: ndarray, loads: ndarray, rounding: float = 0.0) -> str:
         """What moves without resistance and is not loaded, in words; none if there is no such
@@ -91,16 +101,16 @@ class FreeMotions:
                 "and nothing else tells its position. Remedy: its weight, or hold it, D="
             )
 
-    def _moved(self, motions: ndarray) -> float:
-        """Deflection of the ground's surface if motions moved its DOFs as far as any others, in
-        their units: where structures only slide and turn, that which they cause is rounding."""
+    def _moved(self, motions: ndarray) -> ndarray:
+        """Deflection of the ground's surface if each motion moved its DOFs as far as any others,
+        in their units: where structures only slide and turn, that which they cause is rounding."""
         units, on_ground = self.compliance.units, np.diff(self.trace.tocsc().indptr) > 0
         usual = units[on_ground & (units > 0)]
         if not len(usual):
-            return 0.0
+            return np.zeros(motions.shape[1])
         some = units > np.median(usual) / ALIKE
         reach = np.linalg.norm(abs(self.trace) @ units)
-        return float(reach * np.abs(motions[some] / units[some, None]).max(initial=0.0))
+        return reach * np.abs(motions[some] / units[some, None]).max(axis=0, initial=0.0)
 
     def steadied(self, displacement: ndarray) -> ndarray:
         """Without the part along motions that nothing resists, such as sliding on the ground."""

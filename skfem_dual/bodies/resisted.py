@@ -47,7 +47,8 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             "is real"
         )
     single = K.dtype.kind == "f" and K.dtype.itemsize < 8
-    K = csc_matrix(K, dtype=float)
+    K = csc_matrix(K, dtype=float, copy=True)
+    K.eliminate_zeros()  # entries that are stored link no DOFs
     bad = np.nonzero(~np.isfinite(K.data))[0]
     if len(bad):
         column = np.searchsorted(K.indptr, bad[0], side="right") - 1
