@@ -264,6 +264,25 @@ def test_table(tmp_path):
         cases.write(None)
 
 
+def test_tables_keep_all_of_a_load():
+    """Of moments alone nothing was told, and horizontal forces by what they move."""
+    cases = punch(disc(2)).solve_many(
+        {
+            "couple": {"force": 0.0, "moments": (-5.0, 10.0)},
+            "pushed": {"force": 1.0, "horizontal": (0.3, -0.2), "torsion": 0.1},
+            "still": {"force": 1.0, "at": (0.1, 0.0)},
+        },
+        unilateral=False,
+    )
+    couple, pushed, still = cases.table()
+    assert [couple["mx"], couple["my"]] == pytest.approx([10.0, 5.0], rel=1e-9)
+    assert [couple["hx"], couple["torsion"], pushed["mx"], still["my"]] == [0.0] * 4
+    assert [pushed[name] for name in ("hx", "hy", "torsion")] == [0.3, -0.2, 0.1]
+    assert pushed["ux"] > 0 > pushed["uy"]
+    (alone,) = punch(disc(1)).solve_many([{"force": 1.0}]).table()
+    assert not {"mx", "hx"} & set(alone)
+
+
 def test_tables_of_several_footings(tmp_path):
     """Columns of one table are there for all."""
     still = punch(disc(1)).solve_many([Load(force=1.0)])

@@ -224,6 +224,9 @@ def test_a_table_of_corners_in_another_unit(capsys, tmp_path):
     path.write_text("x [mm]; y [mm]\n0; 0\n3000; 0\n3000; 2000,0\n0; 2000\n")
     ground = "--young", "30e3", "--poisson", "0.25", "--force", "100", "--accuracy", "0.1"
     arguments = ["solve", path, *ground, "--units", "kN,m"]
+    code, _, err = run(capsys, *arguments[:-2])
+    assert code == 2
+    assert "units of all input beside that of the heading, got none and mm. Remedy: --units" in err
     _, _, err = run(capsys, *arguments)
     assert "drawn in mm (its header), --units says m, which is taken. Remedy: --drawn-in mm" in err
     _, out, err = run(capsys, *arguments, "--drawn-in", "mm")

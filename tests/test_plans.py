@@ -295,6 +295,10 @@ def test_a_mesh_of_another_plan_is_refused():
             r"without duplicate corners, got corners 1 and 2 both at \(1, 0\)",
         ),
         (
+            lambda: Plan.from_polygon([(0, 0), (2, 0), (2 + 3e-7, 0), (4, 0), (4, 3), (0, 3)]),
+            r"without duplicate corners, got corners 1 and 2 both at \(2, 0\)",
+        ),
+        (
             lambda: Plan.from_polygon([(0, 0), (2, 0), (2, 1), (2, -1), (0, 1)]),
             r"got none at \(2, 1\), where",
         ),

@@ -277,6 +277,11 @@ def test_lines_that_do_not_close(tmp_path, lines, message):
             "MULTIPOLYGON(((1 1,3 1,3 3,1 3,1 1)),((0 0,4 0,4 4,0 4,0 0)))",
             r"polygons apart in .*a.wkt, got polygon 0 at \(1, 1\) inside polygon 1. Remedy",
         ),
+        (
+            "a.wkt",
+            "POLYGON((0 0,9 0,9 9,0 9,0 0),(2 2,2 8,8 8,8 2,2 2),(4 4,6 4,6 6,4 6,4 4))",
+            r"holes beside each other in .*a.wkt, got one at \(4, 4\) inside another. Remedy",
+        ),
         ("a.geojson", "{}", "expected GeoJSON in"),
         ("a.wkt", "POLYGON((0 0, 1 0, 1 1, 0 1))", "Remedy: end each ring with its first point"),
         ("a.geojson", "[1", "expected GeoJSON in"),
@@ -342,6 +347,13 @@ def test_what_is_not_at_one_height_is_refused(tmp_path, kind, rise):
             Plan.read(path)
     else:
         assert Plan.read(path).area == pytest.approx(1.0)
+
+
+def test_collections_of_collections(tmp_path):
+    path = tmp_path / "a.wkt"
+    polygons = "MULTIPOLYGON(((0 0,4 0,4 3,0 3,0 0)),((5 0,6 0,6 1,5 1,5 0)))"
+    path.write_text(f"GEOMETRYCOLLECTION(GEOMETRYCOLLECTION({polygons}))")
+    assert Plan.read(path).area == pytest.approx(13.0)
 
 
 def test_whole_arcs_are_circles(tmp_path):

@@ -24,9 +24,10 @@ from .messages import how_of
 #: error allowed unless ``--accuracy`` is given
 ACCURACY = 1e-3
 #: what tells the unit of an outline, and where it stands
+HEADER = "its header"
 UNIT_OF = {
     ".dxf": (unit_of_drawing, "$INSUNITS"),
-    **dict.fromkeys((".csv", ".txt"), (unit_of_table, "its header")),
+    **dict.fromkeys((".csv", ".txt"), (unit_of_table, HEADER)),
 }
 
 
@@ -93,17 +94,32 @@ def plan_of(options: argparse.Namespace, path: str) -> Plan:
     else:
         kind = Path(path).suffix.lower()
         plan = Plan.read(path, layer=options.layer if kind == ".dxf" else None)
-        if options.units and options.drawn_in is None and kind in UNIT_OF:
+        if options.drawn_in is None and kind in UNIT_OF:
             read, where = UNIT_OF[kind]
-            _tell_of_unit(path, read(Path(path)), where, Units(options.units).length.symbol)
+            _tell_of_unit(path, read(Path(path)), where, options.units)
     if options.drawn_in is None:
         return plan
     own, wanted = LENGTHS[options.drawn_in][0], LENGTHS[Units(options.units).length.symbol][0]
     return plan.scaled(own / wanted)
 
 
-def _tell_of_unit(path: str, own: str | None, where: str, wanted: str) -> None:
-    """Tell of an outline that says it is in another unit, in drawings often wrong."""
+def _tell_of_unit(path: str, own: str | None, where: str, units: str | None) -> None:
+    """Tell of an outline that says it is in another unit, in drawings often wrong.
+
+    Raises
+    ------
+    ValueError
+        If the heading of a table says it, and nothing tells the units of other input.
+    """
+    if not units:
+        if own is not None and where == HEADER:
+            raise ValueError(
+                f"{path}: expected units of all input beside that of the heading, got none and "
+                f"{own}. Remedy: --units kN,m, with --drawn-in {own} if that differs; or a "
+                "heading without a unit"
+            )
+        return
+    wanted = Units(units).length.symbol
     if own not in (None, wanted):
         scaled = f"--drawn-in {own} to change it to {wanted}, " if own in LENGTHS else ""
         warnings.warn(

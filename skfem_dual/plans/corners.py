@@ -21,8 +21,10 @@ from .crossings import require_simple
 from .rings import SMOOTH, Ring
 from .sides import bulge_through
 
-#: corners nearer to each other than this part of the extent are the same
-SAME = 1e-9
+#: corners nearer to each other than this part of the extent are the same: no mesh tells them
+SAME = 2e-7
+#: plans with less area than this part of the square of the extent, and arcs so flat, have none
+FLAT = 1e-9
 #: an arc of more than 359.7 degrees is a circle
 LARGEST_BULGE = 1e3
 #: bulge of an arc that is no less than a whole circle, but for rounding
@@ -86,7 +88,7 @@ def ring_of(name: str, corners: Any, bulges: Any) -> Ring:
             f"{place(x[:, int(np.argmax(folded))])}, where the line turns back. Remedy: leave "
             "that corner out, or move it"
         )
-    if abs(ring.area) <= SAME * extent**2:
+    if abs(ring.area) <= FLAT * extent**2:
         require_simple([ring], [name])  # loops of opposite senses
         raise MeshError(
             f"expected {name} to enclose an area, got {x.shape[1]} corners on one line, from "
@@ -100,7 +102,7 @@ def bulge_of(start: Pair, through: Pair, end: Pair) -> float:
     pairs = {"start": start, "through": through, "end": end}
     a, m, b = (np.array(checked_pair(name, x)) for name, x in pairs.items())
     size = np.hypot(*(b - a))
-    if size == 0 or min(np.hypot(*(m - a)), np.hypot(*(m - b))) <= SAME * size:
+    if size == 0 or min(np.hypot(*(m - a)), np.hypot(*(m - b))) <= FLAT * size:
         raise ValueError("expected three points that differ from each other for an arc")
     bulge = bulge_through(a, m, b)
     if (m - a) @ (m - b) > 0 and (bulge == 0 or abs(bulge) > WHOLE):

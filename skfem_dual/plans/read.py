@@ -127,7 +127,10 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
         ) from error
     if kind == "geojson":
         _require_lengths(text, path)
-    polygons = [p for p in shapely.get_parts(shapely.get_parts([found])) if not p.is_empty]
+    polygons = [found]
+    while any(hasattr(p, "geoms") for p in polygons):  # collections of collections
+        polygons = list(shapely.get_parts(polygons))
+    polygons = [p for p in polygons if not p.is_empty]
     others = sorted({p.geom_type for p in polygons} - {"Polygon"})
     if others or not polygons:
         raise MeshError(
@@ -142,6 +145,14 @@ def _rings_of_shapes(kind: str, text: str, path: Path) -> list[list[Corner]]:
                 f"{place(outside[0].coords[0])} outside. Remedy: correct its corners, or make it "
                 "a polygon of its own"
             )
+        holes = [hole for hole in map(shapely.Polygon, polygon.interiors) if hole.is_valid]
+        for hole, inner in permutations(holes, 2):
+            if hole.contains(inner) and not inner.contains(hole):
+                raise MeshError(
+                    f"expected holes beside each other in {path}, got one at "
+                    f"{place(inner.exterior.coords[0])} inside another. Remedy: leave it out, or "
+                    "make what bears in there a polygon of its own"
+                )
     # which rings are holes these files tell; those that cross are refused with the place
     sound = [(i, p) for i, p in enumerate(polygons) if p.is_valid]
     for (i, polygon), (j, other) in permutations(sound, 2):

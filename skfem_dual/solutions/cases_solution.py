@@ -33,7 +33,8 @@ COLUMNS = (
     "success",
     "message",
 )
-SLIDING = "ux", "uy", "twist"
+COUPLE = "mx", "my"
+SLIDING = "hx", "hy", "torsion", "ux", "uy", "twist"
 #: cells of cases that are looked at together: what they take stays in the cache
 CELLS = 10_000
 
@@ -122,6 +123,13 @@ class CasesSolution(ReadOnly):
         imposed = np.array([load.point or (np.nan, np.nan) for load in self.loads])
         x = np.where(np.isfinite(imposed), imposed, found) + np.array(self.footprint.origin)
         return readonly(x.T)
+
+    @computed_once
+    def couple(self) -> ndarray:
+        """Moments (mx, my), as in tables of loads, of resultants without a force, which act in no
+        point; 0 of those with one; shape (2, k)."""
+        found = self._of(lambda s: s.resultant[:0:-1], (2,)).T
+        return readonly(np.where(np.isfinite(self.point), 0.0, found))
 
     @computed_once
     def settlement(self) -> ndarray:
@@ -232,8 +240,8 @@ class CasesSolution(ReadOnly):
         return extremes_of(self.names, self.success, largest, least)
 
     def table(self) -> list[dict[str, str | float | bool]]:
-        """A row for each case, by the names of its columns, `COLUMNS`; those of `SLIDING` where
-        cases have horizontal loads."""
+        """A row for each case, by the names of its columns, `COLUMNS`; those of `COUPLE` where
+        cases have moments without a force, of `SLIDING` where they have horizontal loads."""
         columns = (
             self.names,
             self.force.tolist(),
@@ -247,9 +255,13 @@ class CasesSolution(ReadOnly):
             self.messages,
         )
         rows = [dict(zip(COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+        if self.couple[:, self.success].any():
+            for row, own in zip(rows, self.couple.T.tolist(), strict=True):
+                row |= zip(COUPLE, own, strict=True)
         if any(load.shear is not None for load in self.loads):
-            for row, own in zip(rows, self.sliding.T.tolist(), strict=True):
-                row |= zip(SLIDING, own, strict=True)
+            for row, load, own in zip(rows, self.loads, self.sliding.T.tolist(), strict=True):
+                pushed = [0.0] * 3 if load.shear is None else load.shear.tolist()
+                row |= zip(SLIDING, (*pushed, *own), strict=True)
         return rows
 
     def write(self, path: str | os.PathLike[str]) -> None:
