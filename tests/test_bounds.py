@@ -77,6 +77,17 @@ def test_neighbours():
         assert high - low < 0.02 * high
 
 
+def test_what_pushes_changes_no_bounds(monkeypatch):
+    """And is not solved for on the other grid, of twice as many cells."""
+    still = solve(disc(2)).bounds
+    monkeypatch.setattr("skfem_dual.contact.motions.DENSE", 50)  # between 41 and 64
+    load = {"force": 1.0, "at": (0.1, 0.05), "horizontal": (0.1, -0.2), "torsion": 0.05}
+    pushed = solve(disc(2), load=load)
+    assert pushed.shear is not None
+    assert np.array_equal(pushed.bounds.settlement, still.settlement)
+    assert np.array_equal(pushed.bounds.tilt, still.tilt)
+
+
 def test_a_group_without_any_load():
     punches = [
         RigidPunch(UNIT, DualMesh.from_mesh(disc(1).translated((x, 0.0))).basis())

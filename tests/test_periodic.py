@@ -125,6 +125,8 @@ def test_products_are_those_of_the_symbol(ground):
         expected = ground.symbol(np.hypot(*k)) * wave
         assert operator @ (7 + wave) == pytest.approx(expected, abs=1e-9 * expected.max())
     assert periodic.symbol([0.0, 1.0]) == pytest.approx([0.0, ground.symbol(1.0)])
+    assert periodic.symbol(0.0) == 0.0
+    assert ground.symbol([]).shape == (0,)
 
 
 def test_a_large_period_is_as_good_as_none():

@@ -183,6 +183,8 @@ def through_graded(
     ConvergenceError
         If the moduli vary so that the equation cannot be integrated.
     """
+    if not len(k):
+        return q, np.zeros((0, 2, 2))
     up = WayUp.of(k, bottom)
 
     def rate(_: float, flat: ndarray) -> ndarray:
