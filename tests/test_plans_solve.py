@@ -333,6 +333,20 @@ def test_horizontal_loads_on_a_circle():
     assert found.shear.twist == pytest.approx(3 * 0.05 / (16 * shear * 8), rel=2e-3)
 
 
+def test_horizontal_loads_end_where_their_matrix_does():
+    """An accuracy that takes more cells is not reached, with the best answer; no error."""
+    square = Plan.from_polygon([(0, 0), (2, 0), (2, 2), (0, 2)])
+    push = {"at": (1.85, 1.0), "horizontal": (0.1, 0.0)}
+    with pytest.warns(ResolutionWarning, match="more than the 4000 on which horizontal forces"):
+        found = solve_plan(square, SOIL, 1.0, accuracy=1e-5, **push)
+    assert 500 < found.accuracy.cells <= 4000
+    assert not found.accuracy.reached
+    assert found.shear.displacement[0] > 0
+    smooth = LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], "smooth")
+    with pytest.raises(ValueError, match="smooth"):
+        solve_plan(square, smooth, 1.0, horizontal=(0.1, 0.0))
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.7, 4.0])
 def test_largest_settlements_of_round_plans(angle):
     """Nodes on arcs lie outside of these, where a circle settles by 1.2e-3 more; see

@@ -1,7 +1,7 @@
 """What is imposed on a rigid punch: a load, a position, or a mixture of both."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from numpy import ndarray
@@ -84,6 +84,12 @@ class Load:
         if self.horizontal is None and self.torsion is None:
             return None
         return np.array([*(self.horizontal or (0.0, 0.0)), self.torsion or 0.0])
+
+    @property
+    def upright(self) -> "Load":
+        """The same without what pushes and twists, which changes neither pressures nor
+        positions."""
+        return replace(self, horizontal=None, torsion=None)
 
     @property
     def first_moments(self) -> ndarray:

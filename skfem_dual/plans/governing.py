@@ -39,7 +39,8 @@ def governing(problem: Problem) -> Problem:
     inwards = np.argsort(-np.hypot(*points.T), kind="stable")
     with warnings_kept():
         farthest, punch = _first_solved(problem, [int(k) for k in inwards if stands[k]])
-        cases = punch.solve_many(problem.loads, unilateral=problem.unilateral)
+        loads = [load.upright if stands[k] else load for k, load in enumerate(problem.loads)]
+        cases = punch.solve_many(loads, unilateral=problem.unilateral)
     judged = {farthest}
     if cases.success.any():
         judged |= {extreme.number for extreme in cases.envelope()}

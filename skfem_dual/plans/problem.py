@@ -11,7 +11,8 @@ from ..arguments import Pair, checked_number
 from ..bodies.punch import RigidPunch
 from ..contact.hull import Hull
 from ..contact.load import Load, require_compression
-from ..errors import MeshError, Told, warnings_kept
+from ..contact.system import DENSE
+from ..errors import MeshError, Told, warn, warnings_kept
 from ..grids.dual_mesh import DualMesh
 from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
@@ -70,7 +71,7 @@ class Attempt:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is solved on each mesh: a plan under some loads."""
+    """What is solved on each mesh: a plan under some loads, without what pushes and twists."""
 
     plan: Plan
     substrate: Substrate
@@ -83,6 +84,11 @@ class Problem:
     def __post_init__(self) -> None:
         if self.time_limit is not None:
             checked_number("time_limit", self.time_limit, above=0)
+
+    @property
+    def most(self) -> float:
+        """Cells on which the loads can be solved."""
+        return np.inf if all(load.shear is None for load in self.loads) else DENSE
 
     @computed_once
     def _hull(self) -> Hull:
@@ -211,7 +217,21 @@ class Problem:
                 corners=self.plan.corners,
             )
             how: dict[str, Any] = {"unilateral": self.unilateral, "progress": self.progress}
-            solutions = tuple(punch.solve(**asdict(load), **how) for load in self.loads)
+            solutions = tuple(punch.solve(**asdict(load.upright), **how) for load in self.loads)
             for solution in solutions:
                 solution.positions  # noqa: B018 - their time is part of the answer's
         return Attempt(mesh, solutions, warned, size, perf_counter() - begin)
+
+    def pushed(self, found: Attempt) -> tuple[PunchSolution, ...]:
+        """The solutions with what pushes and twists, on the mesh found without it."""
+        if all(load.shear is None for load in self.loads):
+            return found.solutions
+        known = {told.message for told in found.warned}
+        punch = found.solutions[0].punch
+        how: dict[str, Any] = {"unilateral": self.unilateral, "progress": self.progress}
+        with warnings_kept() as warned:
+            solutions = tuple(punch.solve(**asdict(load), **how) for load in self.loads)
+        for told in warned:
+            if told.message not in known:
+                warn(told.message, told.category)
+        return solutions

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..contact.motions import require_carried
 from ..contact.system import DENSE
 from ..elements.resolution import crusted
 from ..operators.influence_operator import RTOL
@@ -98,16 +99,22 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
     """Finer meshes until the error is small enough, or one would take too much; see `Accuracy`."""
     layered = problem.substrate.remainder is not None  # its table is not the first mesh's time
     last = problem.on_coarsest()
+    for load in problem.loads:
+        require_carried(last.solutions[0].footprint, load)
     error, change, trials = np.inf, 0.0, [Trial(last.cells, np.nan, last.seconds)]
     message = "the accuracy asked for is reached"
     while not (error <= accuracy and last.trusted):
         aim = np.sqrt(AIM * accuracy / error) if error > accuracy else LARGEST_STEP
         step = float(np.clip(aim if len(trials) > 1 else 1, SMALLEST_STEP, LARGEST_STEP))
         foreseen = problem.cells_next(last, step)
-        if reason := _beyond(trials, foreseen, problem.time_limit, memory, layered):
+        if reason := _beyond(problem, trials, foreseen, memory, layered):
             message = f"the accuracy of {accuracy:.1e} is not reached: {reason}"
             break
         finer, step = problem.finer(last, step)
+        if finer.cells > problem.most:  # more than foreseen
+            message = _beyond(problem, trials, finer.cells, memory, layered)
+            message = f"the accuracy of {accuracy:.1e} is not reached: {message}"
+            break
         if last.found and not finer.found and finer.cells > DENSE:
             # it is the tolerance of products without a matrix that will not do
             failed = next(s.message for s in finer.solutions if not s.success)
@@ -132,15 +139,20 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
 
 
 def _beyond(
-    trials: list[Trial], cells: int, time_limit: float | None, memory: float, layered: bool
+    problem: Problem, trials: list[Trial], cells: int, memory: float, layered: bool
 ) -> str:
     """Why a mesh with so many cells is too much; empty if it is not."""
-    last = trials[-1]
+    last, time_limit = trials[-1], problem.time_limit
     so_far = f"the error is about {last.error:.1e} with {last.cells} cells"
     if len(trials) == 1:
         so_far = f"one answer, with {last.cells} cells, tells no error"
     if len(trials) == MESHES:
         return f"{so_far} on the last of {MESHES} meshes"
+    if cells > problem.most:
+        return (
+            f"{so_far}; about {cells} are more than the {problem.most} on which horizontal forces "
+            "and torsion are solved. Remedy: accuracy=, or the vertical load alone"
+        )
     needed = ENTRY * cells**2 if cells <= DENSE else whole(cells, RTOL, layered)
     if needed > memory:
         return (

@@ -145,7 +145,7 @@ def solve_plan(
         time_limit,
     )
     found, accuracy_found = reached(problem, accuracy, memory)
-    (solution,) = found.solutions
+    (solution,) = problem.pushed(found)
     parts = {f.name: getattr(solution, f.name) for f in fields(solution)}
     answer = PlanSolution(**parts, plan=plan, accuracy=accuracy_found)
     remember(answer, "positions", solution.positions)

@@ -267,12 +267,7 @@ def _on_other_grid(solution: Any, grid: str, collocation: str) -> Any:
         return _of_group(member.answer, grid, collocation)[number]
     unilateral = bool((solution.pressure >= 0).all())
     body = _on(solution.punch, grid, collocation)
-    return body.solve(**asdict(_upright(solution.load)), unilateral=unilateral)
-
-
-def _upright(load: Load) -> Load:
-    """A load without what pushes and twists, which changes neither pressures nor positions."""
-    return replace(load, horizontal=None, torsion=None)
+    return body.solve(**asdict(solution.load.upright), unilateral=unilateral)
 
 
 def _of_group(answer: Any, grid: str, collocation: str) -> Any:
@@ -282,7 +277,7 @@ def _of_group(answer: Any, grid: str, collocation: str) -> Any:
         punches = [_on(punch, grid, collocation) for punch in answer.group.punches]
         pressure = answer.contact.pressure
         unilateral = bool((pressure >= 0).all() and pressure.any())  # no forces, no contact
-        loads = [_upright(load) for load in answer.loads]
+        loads = [load.upright for load in answer.loads]
         return replace(answer.group, punches=punches).solve(loads, unilateral=unilateral)
 
     return computed_in(answer.elsewhere, (grid, collocation), solved)
