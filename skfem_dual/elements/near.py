@@ -157,7 +157,7 @@ class NearField:
         """
         c = substrate.singular_coefficient
         remainder = None
-        if rtol is not None and (table := substrate.remainder) is not None:
+        if rtol is not None and len(cells) and (table := substrate.remainder) is not None:
             remainder = _remainder(substrate, table, partition, weights, cells, rtol)
         far, number = Series.none(), np.full(len(partition), -1, np.int32)
         if weights is not None:

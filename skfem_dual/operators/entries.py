@@ -144,6 +144,8 @@ class Entries:
 
     def diagonal(self) -> ndarray:
         """Those of each cell and its own point, (n,)."""
+        if self.single:  # as kept for products
+            return replace(self, single=False).diagonal()
         each = np.arange(len(self.partition))
         out = np.empty(len(each))
         near = NearField.from_partition(self.substrate, self.partition, self.weights, each, EXACT)

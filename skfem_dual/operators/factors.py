@@ -74,7 +74,7 @@ class Factors:
         """
         if self.matrix is None:
             return self._substituted(rhs, trans)
-        if trans == 0 and rhs.size <= FEW * len(rhs):
+        if trans == 0 and 0 < rhs.size <= FEW * len(rhs):
             found = self._refined(self.matrix, rhs)
             if found is not None:
                 return found
