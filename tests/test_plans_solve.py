@@ -333,13 +333,14 @@ def test_horizontal_loads_on_a_circle():
     assert found.shear.twist == pytest.approx(3 * 0.05 / (16 * shear * 8), rel=2e-3)
 
 
-def test_horizontal_loads_end_where_their_matrix_does():
+def test_horizontal_loads_end_where_their_matrix_does(monkeypatch):
     """An accuracy that takes more cells is not reached, with the best answer; no error."""
     square = Plan.from_polygon([(0, 0), (2, 0), (2, 2), (0, 2)])
     push = {"at": (1.85, 1.0), "horizontal": (0.1, 0.0)}
-    with pytest.warns(ResolutionWarning, match="more than the 4000 on which horizontal forces"):
-        found = solve_plan(square, SOIL, 1.0, accuracy=1e-5, **push)
-    assert 500 < found.accuracy.cells <= 4000
+    monkeypatch.setattr("skfem_dual.plans.problem.DENSE", 300)  # of 4000, which take 20 s
+    with pytest.warns(ResolutionWarning, match="more than the 300 on which horizontal forces"):
+        found = solve_plan(square, SOIL, 1.0, accuracy=1e-4, **push)
+    assert found.accuracy.cells <= 300
     assert not found.accuracy.reached
     assert found.shear.displacement[0] > 0
     smooth = LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], "smooth")
