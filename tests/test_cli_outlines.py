@@ -219,6 +219,18 @@ def test_a_drawing_at_site_coordinates(capsys, request):
     assert float(rows(out)["Contact area"]) == pytest.approx(area, rel=1e-5)
 
 
+def test_a_case_that_only_pushes_leaves_the_others(capsys, tmp_path):
+    """Ground that pulls balances no force, but nothing in contact carries what pushes."""
+    path, loads = tmp_path / "pad.csv", tmp_path / "loads.csv"
+    path.write_text("0,0\n4,0\n4,3\n0,3\n")
+    loads.write_text("name,force,hx,hy\npushed,0,10,0\nboth,400,10,0\n")
+    code, out, _ = run(capsys, "solve", path, *GROUND, "--loads", loads, "--bilateral")
+    assert code == 3
+    pushed, both = (row for row in out.splitlines() if row.startswith(("pushed", "both ")))
+    assert "NO SOLUTION" in pushed
+    assert "100 %" in both
+
+
 def test_a_table_of_corners_in_another_unit(capsys, tmp_path):
     path = tmp_path / "pad.csv"
     path.write_text("x [mm]; y [mm]\n0; 0\n3000; 0\n3000; 2000,0\n0; 2000\n")

@@ -96,10 +96,10 @@ class Problem:
 
     def fault(self, load: Load) -> str:
         """Why no mesh can balance a load, empty if some may."""
-        if not self.unilateral:
-            return ""
         if load.force == 0 and load.shear is not None and load.shear.any():
             return "expected a positive force with horizontal forces and torsion, got 0"
+        if not self.unilateral:
+            return ""
         try:
             require_compression(load, np.array(self.origin), (self._hull, self._hull), True)
         except ValueError as error:
