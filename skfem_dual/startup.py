@@ -104,9 +104,18 @@ def _asked_again(lost: "sys.UnraisableHookArgs") -> None:
     if lost.exc_type not in numbers:
         sys.__unraisablehook__(lost)
         return
-    timer = threading.Timer(AGAIN, interrupt_main, (numbers[lost.exc_type],))
+    timer = threading.Timer(AGAIN, _signalled, (numbers[lost.exc_type],))
     timer.daemon = True
     timer.start()
+
+
+def _signalled(number: signal.Signals) -> None:
+    """Signal the main thread, also where it waits for something, if the system can."""
+    main = threading.main_thread().ident
+    if main is not None and hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(main, number)
+    else:
+        interrupt_main(number)
 
 
 def _told(kind: type[BaseException], error: BaseException, trace: object) -> None:
