@@ -271,6 +271,34 @@ def test_a_million_cells_under_a_plate_are_refused_before_their_mesh(capsys, raf
     assert "a plate on 1000000 cells takes about 1.953e+05 MiB. Remedy: at most 41943" in err[0]
 
 
+@pytest.mark.usefixtures("raft", "undrawn")
+@pytest.mark.parametrize("plate", [[*PLATE, "--cells", "40"], []])
+def test_couples_and_forces_that_pull_are_told(capsys, tmp_path, plate):
+    """Of plates the table, the data and the page had nothing of them."""
+    x, y = SITE[0] + 3, SITE[1] + 2
+    sides = ("bx,by", "1,1") if plate else ("", "")
+    text = f"name,force,x,y,mx,my,{sides[0]}\nturns,0,{x},{y},30,40,{sides[1]}\n"
+    cases_in(tmp_path, text + f"pulls,-50,{x + 1},{y},0,0,{sides[1]}\n")
+    files = ["--table", "out.csv", "--json", "out.json", "--report", "out.html", "--quiet"]
+    loads = ["--loads", "cases.csv", "--bilateral", "--origin", x, y]
+    code, _, err = run(capsys, "solve", "raft.csv", *UNITS, *plate, *loads, *files)
+    assert (code, err) == (0, [])
+    with (tmp_path / "out.csv").open(newline="") as file:
+        turns, pulls = csv.DictReader(file)
+    assert [float(turns[m]) for m in ("mx", "my")] == pytest.approx([30.0, 40.0], rel=1e-6)
+    assert (turns["x"], float(turns["force"])) == ("nan", 0.0)
+    assert [float(pulls[c]) for c in "xy"] == pytest.approx([x + 1, y], abs=1e-6)
+    assert [float(pulls[m]) for m in ("mx", "my")] == [0.0, 0.0]
+    found = json.loads((tmp_path / "out.json").read_text())
+    _, pulled = (found["structures"] or found["footings"])[0]["cases"]
+    assert pulled["point"] == pytest.approx([x + 1, y], abs=1e-6)
+    page = (tmp_path / "out.html").read_text()
+    (told,) = re.findall(r"<table[^>]*>(?:(?!</table>).)*mx \[kN·m\]</th>.*?</table>", page, re.S)
+    values = [float(v) for v in re.findall(r'value="([^"]*)"', told)]
+    assert min(abs(v - 30) for v in values) < 1e-6
+    assert min(abs(v - 40) for v in values) < 1e-6
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_columns_are_listed(capsys, raft, tmp_path):
     """On the page with their units, as data as they went in, in the coordinates of the plan."""

@@ -18,6 +18,7 @@ from skfem import (
     LinearForm,
     MeshTri,
 )
+from skfem.assembly import Dofs
 from skfem.helpers import dd, ddot, eye, trace
 
 from skfem_dual import (
@@ -263,6 +264,19 @@ def test_wrong_columns(loaded, wrong, message):
     load = {"basis": loaded.punch.structure, "x": (0.0, 0.0), "force": 1.0} | wrong
     with pytest.raises((ValueError, TypeError), match=message):
         column_load(**load)
+
+
+def test_columns_on_bases_with_a_numbering_of_their_own():
+    """A rectangle took DOFs as scikit-fem numbers them: a column of 900 pressed with 364."""
+    mesh = rectangle(6.0, 4.0, n=60)
+    dofs = Dofs(mesh, ElementTriMorley())
+    new = np.random.default_rng(0).permutation(dofs.N)
+    for kind in ("nodal_dofs", "facet_dofs", "element_dofs"):
+        setattr(dofs, kind, new[getattr(dofs, kind)])
+    bases = CellBasis(mesh, ElementTriMorley()), CellBasis(mesh, ElementTriMorley(), dofs=dofs)
+    for sides in ((0.5, 0.8), (0.5, 0.0)):
+        one, other = (column_load(basis, (1.2, 0.7), 900.0, sides=sides) for basis in bases)
+        assert other[new] == pytest.approx(one, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize(

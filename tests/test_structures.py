@@ -309,6 +309,30 @@ def test_relief_of_a_plate(raft):
     assert Relief.of(raft, 3.0).scale == 3.0
 
 
+@pytest.mark.parametrize("given", ["function", "values"])
+def test_a_gap_lifts_the_structure_off_the_ground(raft, tmp_path, given):
+    """It was drawn sunk into the ground, also where it has lifted off."""
+
+    def shape(x):
+        return 0.3 * (x[0] ** 2 + x[1] ** 2)
+
+    gap = shape if given == "function" else shape(raft.punch.collocation_points)
+    solution = dataclasses.replace(raft.punch, gap=gap).solve(raft.f)
+    write_structure(tmp_path / "raft.vtu", solution)
+    p, moved, data, cells = parts(tmp_path / "raft.vtu")
+    within = 1e-12 if given == "function" else 0.02
+    under = np.unique(np.concatenate([c for c, k in zip(cells, data["part"]) if k == 0]))
+    assert p[2, under] == pytest.approx(shape(p[:2, under]), abs=within)
+    assert -moved[2, under] == pytest.approx(solution.deflection(p[:2, under]), rel=1e-12)
+    relief = Relief.of(solution)
+    x = relief.structure.p
+    down = solution.deflection(x[:2]) - shape(x[:2])
+    assert x[2] == pytest.approx(-relief.scale * down, abs=within * relief.scale)
+    above = down - solution.ground_displacement(x[:2])
+    assert above.max() < 0.05 * np.ptp(down)
+    assert -above.min() == pytest.approx(solution.gap.max(), rel=0.3)
+
+
 def test_relief_of_a_solid(cube):
     relief = Relief.of(cube, 2.0)
     mesh = cube.punch.structure.mesh

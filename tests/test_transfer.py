@@ -13,6 +13,7 @@ from skfem import (
     ElementQuad0,
     ElementQuad1,
     ElementQuad2,
+    ElementQuadBFS,
     ElementTriMorley,
     ElementTriP0,
     ElementTriP1,
@@ -38,7 +39,9 @@ from skfem_dual import (
     flexible_settlement,
     transfer,
 )
+from skfem_dual.bodies.interface import require_facing
 from skfem_dual.elements.balance import balanced, field_resultant
+from skfem_dual.elements.shape_functions import ShapeFunctions
 from skfem_dual.io import write_field
 
 SQUARE = perturbed(rectangle(5), 0.1)
@@ -365,6 +368,34 @@ def test_fields_that_are_not_scalar_are_refused(element, remedy):
     ):
         with pytest.raises(TypeError, match=remedy):
             call()
+
+
+def test_functions_that_have_lost_their_digits_are_refused():
+    """A force of 1200 became 2095; `evaluate` and `load_vector` refused these."""
+    mesh = MeshQuad.init_tensor(np.linspace(-4, 4, 9), np.linspace(-3, 3, 7))
+    near, far = (
+        CellBasis(mesh.translated((at, -at)), ElementQuadBFS(), intorder=8) for at in (0.0, 300.0)
+    )
+    field = CellBasis(mesh.translated((300.0, -300.0)), ElementQuad1())
+    with pytest.raises(ValueError, match="functions of ElementQuadBFS that are 1 in vertices"):
+        transfer(field, field.doflocs[0], far)
+    with pytest.raises(ValueError, match="functions of ElementQuadBFS that are 1 in vertices"):
+        transfer(far, np.zeros(far.N), field)
+    field = CellBasis(mesh, ElementQuad1())
+    assert transfer(near, transfer(field, field.doflocs[0], near), field) == pytest.approx(
+        field.doflocs[0], abs=1e-9
+    )
+
+
+def test_bases_that_do_not_know_where_their_dofs_are(tmp_path):
+    mesh = MeshTri.init_tensor(np.linspace(-1, 1, 5), np.linspace(-1, 1, 5))
+    basis = CellBasis(mesh, ElementTriP1(), disable_doflocs=True)
+    with pytest.raises(ValueError, match=r"knows where its DOFs are.*disable_doflocs"):
+        write_field(tmp_path / "f.vtu", basis, np.zeros(basis.N))
+    with pytest.raises(ValueError, match="a basis for structure that knows where its DOFs are"):
+        require_facing(CellBasis(mesh, ElementTriMorley(), disable_doflocs=True), None)
+    with pytest.raises(TypeError, match=r"expected a CellBasis on a 2-D mesh.*CompositeBasis"):
+        ShapeFunctions.of(CellBasis(mesh, ElementTriP1()) * CellBasis(mesh, ElementTriP1()), None)
 
 
 def test_targets_on_a_part_of_their_mesh():

@@ -12,7 +12,7 @@ from ..arguments import checked_instance
 from ..contact.footprint import Footprint
 from ..elements.load_matrix import load_matrix
 from ..elements.point_values import values_inside
-from ..elements.shape_functions import ShapeFunctions, settling
+from ..elements.shape_functions import ShapeFunctions, require_places, settling
 from ..grids.mappings import inverting
 from ..grids.polygons import readonly
 from ..grids.trace import checked_facets
@@ -30,6 +30,7 @@ def require_facing(structure: Any, boundary: Any) -> None:
     """
     remedy = "name the facets of a solid by boundary="
     checked_instance("structure", structure, CellBasis, remedy)
+    require_places("structure", structure)
     solid = structure.mesh.dim() == 3
     if solid == (boundary is None):
         raise ValueError(

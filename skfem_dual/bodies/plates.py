@@ -20,7 +20,7 @@ from ..elements.point_values import locate, value_matrix
 from ..elements.shape_functions import ShapeFunctions, ascends
 from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
-from ..grids.mappings import mapping_about_middle, own_mapping
+from ..grids.mappings import inverting, mapping_about_middle, own_mapping
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..messages import place
@@ -314,7 +314,10 @@ def _on_rectangle(
         raise ValueError("expected a rectangle on the plate, got one beside it")
     rectangle = CellBasis(MeshQuad.init_tensor(*ends), ElementQuad0())
     cell, fan = Partition.from_basis(rectangle), Fan.from_basis(rectangle)
-    matrix = load_matrix(cell, None, fan, basis.with_elements(near), moments=True)
+    # with_elements would number DOFs anew
+    mesh, mapping, rule = basis.mesh, inverting(basis.mapping), basis.quadrature
+    some = CellBasis(mesh, basis.elem, mapping, quadrature=rule, elements=near, dofs=basis.dofs)
+    matrix = load_matrix(cell, None, fan, some, moments=True)
     # of the rectangle as its corners are rounded, at site coordinates
     area, (xx, _, yy) = cell.areas[0], cell.polygons.second_moments[:, 0]
     moved = turning - force * (cell.centroids[:, 0] - middle)

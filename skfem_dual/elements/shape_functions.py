@@ -56,7 +56,7 @@ class ShapeFunctions:
 
     @classmethod
     def of(cls, basis: AbstractBasis, component: int | None) -> "ShapeFunctions":
-        if isinstance(basis, AbstractBasis):
+        if isinstance(basis, (CellBasis, FacetBasis)):
             for element in _parts(basis.elem):
                 if isinstance(element, ElementGlobal) or element.facet_dofs > 1:
                     _require_ascending(element, basis.mesh)
@@ -65,7 +65,8 @@ class ShapeFunctions:
         if type(basis) is FacetBasis and basis.mesh.dim() == 3:
             return cls._of_facets(basis, component)
         if not (isinstance(basis, CellBasis) and basis.mesh.dim() == 2):
-            mesh = f" on a {type(basis.mesh).__name__}" if isinstance(basis, AbstractBasis) else ""
+            on = getattr(basis, "mesh", None)
+            mesh = "" if on is None else f" on a {type(on).__name__}"
             raise TypeError(
                 "expected a CellBasis on a 2-D mesh or a FacetBasis on facets of a 3-D mesh, got "
                 f"{type(basis).__name__}{mesh}"
@@ -254,6 +255,15 @@ def _parts(element: Element) -> Iterator[Element]:
     yield element
     for part in [element.elem] if hasattr(element, "elem") else getattr(element, "elems", ()):
         yield from _parts(part)
+
+
+def require_places(name: str, basis: AbstractBasis) -> None:
+    """Refuse, with a ValueError, a basis that does not know where its DOFs are."""
+    if not hasattr(basis, "doflocs"):
+        raise ValueError(
+            f"expected a basis for {name} that knows where its DOFs are, got one made with "
+            "disable_doflocs=True. Remedy: leave that out"
+        )
 
 
 def ascends(mesh: Mesh) -> bool:

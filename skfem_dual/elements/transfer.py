@@ -44,6 +44,7 @@ def _checked(basis: CellBasis, values: ArrayLike) -> ndarray:
         raise TypeError(
             f"expected a basis of a scalar field, got one of {type(basis.elem).__name__}{remedy}"
         )
+    ShapeFunctions.of(basis, None)  # refuses functions that have lost their digits
     values = checked_array("values", values, None, each="DOF")
     if values.shape != (basis.N,):
         raise ValueError(f"expected a vector of shape ({basis.N},), got {values.shape}")

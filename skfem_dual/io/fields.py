@@ -17,6 +17,7 @@ from skfem import (
 )
 
 from ..arguments import checked_array, checked_instance
+from ..elements.shape_functions import require_places
 from ..grids.cellwise import CellwiseBasis
 from .elements import positive
 from .polygons import write_polygons
@@ -52,13 +53,14 @@ def write_field(
     ValueError
         If the suffix or the number of values does not fit, a value is not finite, or the name
         is empty, cannot be printed, or of constants on dual cells is ``cell``, which is that of
-        their numbers.
+        their numbers; or if the basis does not know where its DOFs are.
     OSError
         If the file cannot be written.
     """
     import meshio
 
     checked_instance("basis", basis, CellBasis)
+    require_places("basis", basis)
     require_vtu(path)
     written = vtu_name(name)
     values = checked_array("values", values, (basis.N,), each="DOF")

@@ -33,11 +33,12 @@ def write_structure(
     """Write a structure and the ground to a VTU file, for ParaView and others.
 
     One file, so that "Warp By Vector" moves both. z is that of a solid, upwards for a plate; the
-    ground lies where the structure stands. Point data: ``displacement`` (3 components; of a plate
-    and of the ground only the last, negative where they settle and z is upwards). Cell data:
-    ``part``, 0 the structure, 1 the cells, 2 the ground around them; ``pressure``,
-    ``first_moments`` and ``gap`` on the cells, NaN elsewhere; ``cell``, the number of an element,
-    cell or triangle in its part; with ``plate`` ``moments``, its ``m_xx, m_yy, m_xy``.
+    ground lies where the structure stands, off which a ``gap=`` lifts it. Point data:
+    ``displacement`` (3 components; of a plate and of the ground only the last, negative where they
+    settle and z is upwards). Cell data: ``part``, 0 the structure, 1 the cells, 2 the ground
+    around them; ``pressure``, ``first_moments`` and ``gap`` on the cells, NaN elsewhere; ``cell``,
+    the number of an element, cell or triangle in its part; with ``plate`` ``moments``, its ``m_xx,
+    m_yy, m_xy``.
 
     Integrated over part 1 ("Threshold", then "Integrate Variables" of ParaView), ``pressure`` is
     the force and ``first_moments``, the means of ``(p x, p y, 0)`` over the cells, the first
@@ -78,6 +79,7 @@ def write_structure(
     polygons, fan = punch.partition.polygons, punch.fan
     around, triangles = surroundings(punch.partition, fan, beyond)
     ground = np.hstack([polygons.p, around])
+    level = np.full((1, ground.shape[1]), structure.level)
     settled = np.vstack(
         [np.zeros_like(ground), -punch.interface.up * solution.ground_displacement(ground)]
     )
@@ -101,7 +103,7 @@ def write_structure(
     moments = {} if plate is None else {"moments": on_part(0, plate.moments(solution).T)}
 
     mesh = meshio.Mesh(
-        np.hstack([structure.p, np.vstack([ground, np.full(ground.shape[1], structure.level)])]).T,
+        np.hstack([structure.p + structure.rise, np.vstack([ground, level])]).T,
         blocks,
         point_data={"displacement": np.hstack([structure.displacement, settled]).T},
         cell_data={

@@ -232,7 +232,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         "message": solution.message,
         "load": dict(zip(("force", "mx", "my"), imposed_on(solution)[[0, 2, 1]], strict=True)),
         "force": solution.force,
-        "point": body.standings[k].force_point,
+        "point": body.standings[k].acting_point,
         "reactions": solution.vertical_reaction,
         "deflection": {"least": body.deflections[k, 0], "largest": body.deflections[k, 1]},
         "mean_settlement": body.mean_settlement[k],

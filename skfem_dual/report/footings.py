@@ -6,6 +6,7 @@ import numpy as np
 
 from ..contact.load import Share
 from ..messages import listed
+from ..solutions.cases_solution import COUPLE
 from ..units import Units
 from .footing import Footing
 from .input import edge_rule, extent_rows, mesh_figure
@@ -121,23 +122,28 @@ def results_section(footing: Footing) -> Html:
 
 def resultants_section(footings: Sequence[Footing]) -> Html:
     """Where they act in each case, and how far that is from trouble."""
-    length = footings[0].details.units.length.symbol
+    units, cases = footings[0].details.units, [footing.cases for footing in footings]
+    length = units.length.symbol
+    turned = any(case.couple[:, case.success].any() for case in cases)
     kern = any((~np.isnan(footing.lift_off_reserve)).any() for footing in footings)
     head = ["Case", f"The resultant acts at [{length}]", *(f"e{c} [{length}]" for c in "xy")]
+    head += [f"{m} [{units.moment.symbol}]" for m in COUPLE if turned]
     head += [f"Distance to the edge of the convex hull [{length}]"]
     head += ["Reserve against lifting off"] if kern else []
     head += ["Reserve against overturning"]
     rows = []
     for footing in footings:
         size = float(np.ptp(footing.hull, axis=1).max())
-        eccentric = footing.resultants - np.array(footing.plan.origin)[:, None]
+        acting = footing.cases.point
+        eccentric = acting - np.array(footing.plan.origin)[:, None]
         reserves = [footing.lift_off_reserve] if kern else []
         reserves += [footing.overturning_reserve]
         rows += [
             (
                 footing.called(_shown(footing, k)),
-                placed(footing.resultants[:, k], size),
+                placed(acting[:, k], size),
                 *(coordinate(e, size) for e in eccentric[:, k]),
+                *(amount(m, units.moment) for m in footing.cases.couple[:, k] if turned),
                 number(footing.edge_distance[k]),
                 *("∞" if reserve[k] == np.inf else number(reserve[k], 3) for reserve in reserves),
             )
@@ -151,7 +157,8 @@ def resultants_section(footings: Sequence[Footing]) -> Html:
             "ex and ey are the eccentricities from the origin. The reserves tell how many times "
             "the distance of the resultant from the centroid of the plan may grow, under the "
             f"same force, until it {lifting}reaches the edge of the convex hull of the plan (1: "
-            "it turns over); ∞ where it acts in the centroid."
+            "it turns over); ∞ where it acts in the centroid.",
+            " mx and my are moments without a force, which act in no point." if turned else "",
         ),
     )
 

@@ -336,13 +336,13 @@ def _balance(solution: ElasticSolution, plan: LoadedPlan) -> Html:
             symbol(plan.units.force),
         )
     ]
-    if plan.force_point is not None:
-        rows.append(("acting at", placed(plan.force_point, plan.size), symbol(plan.units.length)))
+    if plan.acting_point is not None:
+        rows.append(("acting at", placed(plan.acting_point, plan.size), symbol(plan.units.length)))
     imposed = imposed_on(solution)
     if np.isfinite(imposed[0]):
         loads = amount(imposed[0], plan.units.force, 7)
         rows.append(("Resultant of the loads", loads, symbol(plan.units.force)))
-        if plan.force_point is not None and np.isfinite(imposed).all():
+        if plan.acting_point is not None and np.isfinite(imposed).all():
             at = plan.origin + imposed[1:] / imposed[0]
             rows.append(("acting at", placed(at, plan.size), symbol(plan.units.length)))
     if len(held):

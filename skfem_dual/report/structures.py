@@ -13,7 +13,7 @@ from ..contact.footprint import Footprint
 from ..io import CaseRow
 from ..messages import listed
 from ..solutions.bearing import Circles, bearing_pressure
-from ..solutions.cases_solution import Extreme, extremes_of
+from ..solutions.cases_solution import COUPLE, Extreme, extremes_of
 from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
 from .footing import UnderCases
@@ -100,6 +100,22 @@ class Structure(UnderCases):
         return [LoadedPlan(solution, self.details.units) for solution in self.cases.values()]
 
     @cached_property
+    def acting_points(self) -> ndarray:
+        """Points of the resultants, shape (2, k); NaN where there is none."""
+        points = [plan.acting_point for plan in self.standings]
+        return np.array([np.full(2, np.nan) if x is None else x for x in points]).T
+
+    @cached_property
+    def couples(self) -> ndarray:
+        """Moments (mx, my) of resultants that act in no point, shape (2, k)."""
+        return np.array([plan.couple for plan in self.standings]).T
+
+    @property
+    def has_couples(self) -> bool:
+        """Whether some case that was solved has such moments."""
+        return bool(self.couples[:, self.success].any())
+
+    @cached_property
     def success(self) -> ndarray:
         """Whether contact was found, shape (k,)."""
         return np.array([solution.success for solution in self.cases.values()])
@@ -118,7 +134,8 @@ class Structure(UnderCases):
     @cached_property
     def mean_pressure(self) -> ndarray:
         """Force over the area in contact, shape (k,)."""
-        return np.array([solution.mean_pressure for solution in self.cases.values()])
+        forced = ((plan.solution.mean_pressure, plan.force) for plan in self.standings)
+        return np.array([mean if force else 0.0 for mean, force in forced])
 
     @cached_property
     def largest_pressure(self) -> ndarray:
@@ -159,16 +176,14 @@ class Structure(UnderCases):
         return float(np.abs(self.deflections).max()) / self.standing.size
 
     def table(self) -> list[dict[str, Any]]:
-        """A row for each case, for programs, numbers in the units that went in."""
+        """A row for each case, for programs, numbers in the units that went in; with the columns
+        `COUPLE` where cases have moments without a force."""
+        x, y = self.acting_points
         columns = {
             "name": self.names,
             "force": [plan.force for plan in self.standings],
-            **{
-                axis: [
-                    np.nan if p.force_point is None else p.force_point[i] for p in self.standings
-                ]
-                for i, axis in enumerate("xy")
-            },
+            "x": x,
+            "y": y,
             "least_deflection": self.deflections[:, 0],
             "largest_deflection": self.deflections[:, 1],
             "mean_settlement": self.mean_settlement,
@@ -176,6 +191,7 @@ class Structure(UnderCases):
             "contact_share": self.contact_share,
             "success": self.success,
             "message": self.messages,
+            **(dict(zip(COUPLE, self.couples, strict=True)) if self.has_couples else {}),
         }
         values = zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True)
         return [dict(zip(columns, row, strict=True)) for row in values]
@@ -197,21 +213,26 @@ def deflections_section(body: Structure) -> Html:
     units, size = body.details.units, body.standing.size
     sink = units.displacement
     head = ["Case", f"Force of the ground [{units.force.symbol}]"]
-    head += [f"acting at [{units.length.symbol}]", f"Least deflection [{sink.symbol}]"]
-    head += [f"Largest deflection [{sink.symbol}]", f"Largest gap [{sink.symbol}]", "In contact"]
+    head += [f"acting at [{units.length.symbol}]"]
+    head += [f"{m} [{units.moment.symbol}]" for m in COUPLE if body.has_couples]
+    head += [f"{which} deflection [{sink.symbol}]" for which in ("Least", "Largest")]
+    head += [f"Largest gap [{sink.symbol}]", "In contact"]
     rows = [
         (
             name if plan.solution.success else f"{name} (NO SOLUTION)",
             amount(plan.force, units.force),
-            placed(np.full(2, np.nan) if plan.force_point is None else plan.force_point, size),
+            placed(at, size),
+            *(amount(moment, units.moment) for moment in couple if body.has_couples),
             amount(least, sink, 4),
             amount(most, sink, 4),
             amount(gap, sink, 4),
             percent(share),
         )
-        for name, plan, (least, most), gap, share in zip(
+        for name, plan, at, couple, (least, most), gap, share in zip(
             body.names,
             body.standings,
+            body.acting_points.T,
+            body.couples.T,
             body.deflections,
             body.largest_gap,
             body.contact_share,

@@ -1,5 +1,6 @@
 """A structure and its displacements in space, for files and pictures."""
 
+import contextlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,8 @@ import numpy as np
 from numpy import ndarray
 from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
+from ..contact.planes import PlaneFit
+from ..contact.shapes import gap_values
 from ..elements.point_values import vertex_values
 from ..elements.shape_functions import place_worked_on
 from ..kernels.compiled import inputs
@@ -28,6 +31,8 @@ class DisplacedStructure:
         Vertices; those of a plate have the height zero.
     displacement : (3, n) array of float
         At the vertices; of a plate the last component only, settlements negative.
+    rise : (3, n) array of float
+        From there to where the unloaded structure stands: its gap, away from the ground.
     level : float
         Height of the ground.
     """
@@ -35,6 +40,7 @@ class DisplacedStructure:
     mesh: Mesh
     p: ndarray
     displacement: ndarray
+    rise: ndarray
     level: float
 
     @classmethod
@@ -61,12 +67,13 @@ class DisplacedStructure:
         if mesh.dim() == 3:
             own = punch.contact_basis
             level = float(own.mesh.p[2, own.mesh.facets[:, own.find]].mean())
-            return cls(mesh, mesh.p, _of_solid(solution)[:, used], level)
+            moved = _of_solid(solution)[:, used]
+            return cls(mesh, mesh.p, moved, _upwards(solution, mesh.p[:2]), level)
         while mesh.nelements < least:
             mesh = mesh.refined()
         flat = np.zeros((1, mesh.nvertices))
         moved = np.vstack([flat, flat, -solution.deflection(mesh.p)])
-        return cls(mesh, np.vstack([mesh.p, flat]), moved, 0.0)
+        return cls(mesh, np.vstack([mesh.p, flat]), moved, _upwards(solution, mesh.p), 0.0)
 
 
 def _of_solid(solution: ElasticSolution) -> ndarray:
@@ -80,3 +87,25 @@ def _of_solid(solution: ElasticSolution) -> ndarray:
     moved = values.copy() if at == (2,) else np.zeros((3, values.shape[-1]))
     moved[2] = -punch.interface.up * punch.interface.sense * values[at]
     return moved
+
+
+def _upwards(solution: ElasticSolution, x: ndarray) -> ndarray:
+    """The gap of the unloaded structure at points (2, m), as vectors away from the ground."""
+    rise = np.zeros((3, x.shape[1]))
+    rise[2] = solution.punch.interface.up * gap_at(solution.punch, x)
+    return rise
+
+
+def gap_at(punch: Any, x: ndarray) -> ndarray:
+    """Gap between an unloaded body and the ground at points (2, m).
+
+    Where the shape is given as values of cells, or is not defined at all of the points, it is that
+    of planes through the cells around.
+    """
+    gap = punch.gap
+    if gap is None:
+        return np.zeros(x.shape[1])
+    if callable(gap) or isinstance(gap, tuple):
+        with contextlib.suppress(ValueError):
+            return gap_values(gap, x)
+    return PlaneFit.to_nearest(punch.collocation_points, x).values(punch.initial_gap)

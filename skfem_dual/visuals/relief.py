@@ -10,7 +10,7 @@ from numpy import ndarray
 
 from ..arguments import checked_choice, checked_instance, checked_number
 from ..grids.surroundings import surroundings
-from ..solutions.displaced import DisplacedStructure
+from ..solutions.displaced import DisplacedStructure, gap_at
 from ..solutions.elastic_solution import ElasticSolution
 from .field import Field
 from .isolines import smooth_line
@@ -58,7 +58,8 @@ class Relief:
     Attributes
     ----------
     scale : float
-        How many times larger than they are displacements are drawn.
+        How many times larger than they are displacements are drawn, and the gap of the unloaded
+        structure with them.
     structure : Surface
         A plate, or the boundary of a solid.
     displacement : (n,) array of float
@@ -88,12 +89,12 @@ class Relief:
         up = punch.interface.up
         solid, size = mesh.dim() == 3, float(np.ptp(structure.p, axis=1).max())
         faces = (mesh.facets[:, mesh.boundary_facets()] if solid else mesh.t).T
-        length = np.sqrt(np.sum(moved**2, axis=0))
+        length, at = np.sqrt(np.sum(moved**2, axis=0)), moved + structure.rise
         around, t = surroundings(punch.partition, punch.fan, BEYOND)
         t = np.hstack([punch.fan.t, t + punch.fan.p.shape[1]])
         around = np.hstack([punch.fan.p, around])
         settled = solution.ground_displacement(around)
-        largest = max(length.max(), np.abs(settled).max())
+        largest = max(np.sqrt(np.sum(at**2, axis=0)).max(), np.abs(settled).max())
         if scale is None:
             scale = _round(DRAWN * size / largest) if largest > 0 else 1.0
         layer = ABOVE * size
@@ -101,7 +102,7 @@ class Relief:
         return cls(
             solution,
             scale,
-            Surface(structure.p + scale * moved, faces),
+            Surface(structure.p + scale * at, faces),
             length if solid else -moved[2],
             Surface(np.vstack([around, level - up * (layer + scale * settled)]), t.T),
             [
@@ -113,10 +114,9 @@ class Relief:
 
     def on_plan(self, field: Field) -> Surface:
         """The triangles of a field on the plan, a little above the structure."""
-        above = ABOVE * np.ptp(self.structure.p, axis=1).max()
-        z = self.level + self.solution.punch.interface.up * (
-            above - self.scale * self.solution.deflection(field.p)
-        )
+        above, punch = ABOVE * np.ptp(self.structure.p, axis=1).max(), self.solution.punch
+        down = self.solution.deflection(field.p) - gap_at(punch, field.p)
+        z = self.level + punch.interface.up * (above - self.scale * down)
         return Surface(np.vstack([field.p, z]), field.t.T)
 
 
@@ -146,8 +146,9 @@ def deformed(
         What is coloured: the deflection of a plate, the length of the displacement of a solid;
         or the contact pressure over its mean, under a solid that is drawn transparent.
     scale : float, optional
-        How many times larger than they are displacements are drawn. By default a round number
-        that makes the largest 8 to 20 % of the extent of the structure.
+        How many times larger than they are displacements are drawn, and the gap of the unloaded
+        structure with them. By default a round number that makes the largest 8 to 20 % of the
+        extent of the structure.
     title : str, optional
         Quantity and unit, above the scalar bar.
     cmap : str
@@ -250,6 +251,7 @@ def _look(plotter: Any, title: str, colored: Any, relief: Relief) -> None:
     plotter.camera.zoom(1.2)
     plotter.camera.SetWindowCenter(0.14, -0.03)
     add_bar(plotter, colored, title, 0.87, 0.2, 0.6)
+    shaped = " and gap" if relief.solution.punch.gap is not None else ""
     plotter.add_text(
-        f"displacements × {relief.scale:g}", position=(20, 16), font_size=11, color=OUTLINE
+        f"displacements{shaped} × {relief.scale:g}", position=(20, 16), font_size=11, color=OUTLINE
     )
