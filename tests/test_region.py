@@ -17,6 +17,7 @@ from skfem_dual import (
     PeriodicGround,
     RigidPunch,
     RoundedCylinder,
+    evaluate,
 )
 from skfem_dual.contact import plan_triangles
 from skfem_dual.contact.plan_triangles import PlanTriangles
@@ -402,6 +403,33 @@ def test_flat_tops_with_steep_sides(n, pillars):
         assert pressed == pytest.approx(0.25, rel=1e-9)
         assert s.contact_area == pytest.approx(0.25, rel=0.05)
         assert s.mean_pressure == pytest.approx(4e-3, rel=0.05)
+
+
+CORNERS = {
+    "pillar of 8": lambda i, j: (abs(i - 11.5) < 4) & (abs(j - 11.5) < 4),
+    "pillars of 6": lambda i, j: (i % 8 < 6) & (j % 8 < 6),
+    "pits": lambda i, j: (i % 4 != 1) | (j % 4 != 1),
+    "pits of 2": lambda i, j: (i % 4 > 1) | (j % 4 > 1),
+    "round": lambda i, j: np.hypot(i - 11.5, j - 11.5) < 6.3,
+}
+
+
+@pytest.mark.parametrize("tops", CORNERS.values(), ids=CORNERS)
+def test_corners_of_flat_tops_and_pits(tops):
+    """Cells in contact all around were holes there, up to 24 % of the area."""
+    line = np.linspace(-1.0, 1.0, 25)
+    cells = CellBasis(MeshQuad.init_tensor(line, line), ElementQuad0())
+
+    def gap(x):
+        return np.where(tops(*np.floor(12 * (x + 1)).astype(int)), 0.0, 1.0)
+
+    s = RigidPunch(HalfSpace(1.0, 0.0), cells, gap=gap).solve(force=0.05)
+    high = gap(s.punch.collocation_points) == 0
+    assert np.array_equal(s.pressure > 0, high)
+    assert s.contact_area == pytest.approx(s.punch.partition.areas[high].sum(), rel=1e-3)
+    field, p = s.pressure_field()
+    x = s.punch.collocation_points[:, high]
+    assert evaluate(field, p, x).min() > 0.2 * s.mean_pressure
 
 
 @pytest.mark.parametrize("size", [0.3, 3.0])

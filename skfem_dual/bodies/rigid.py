@@ -83,12 +83,13 @@ class RigidBodies(FromFields, ABC):
         return [np.concatenate(own[body]) for body in range(len(own))]
 
     def rough(self, contact: Contact) -> list[str]:
-        """Warnings of contact on few cells, or hardly wider than one under a flat punch."""
+        """Warnings of contact on few cells, or hardly wider than one."""
         found = rough_under(contact, self.cells_of_bodies)
         joined = np.bincount([part.body for part in self.parts]) > 1
         for part, own in zip(self.parts, self.slices, strict=True):
-            if not joined[part.body] and not self.system.gap[own].any():
-                found.append(narrow(part.footprint.partition, contact.touching[own]))
+            if not joined[part.body]:
+                even = not self.system.gap[own].any()
+                found.append(narrow(part.footprint.partition, contact.touching[own], even))
         return [message + self._refined_by for message in found if message]
 
     @computed_once

@@ -24,6 +24,8 @@ INNER = 0.4
 #: and part up to which contact is hardly wider than a cell: 0 to 0.1 on crusts, 0.2 and more where
 #: punches on homogeneous ground lift off
 NARROW = 0.15
+#: and part on the edge, or next to it, from which on it is a strip along that
+ALONG = 0.75
 #: part of the load on the cells at the edge up to which it does not matter that pressures grow
 #: there; it falls like the root of their size
 COUNTS = 0.01
@@ -48,17 +50,29 @@ def weights_of(
     return EdgeWeights.from_basis(basis, partition, ribs, seen)
 
 
-def inner_share(partition: Partition, inside: ndarray) -> float:
-    """Part of the cells in contact, (n,) array of bool, that has contact all around."""
+def inner_share(partition: Partition, inside: ndarray, others: ndarray | None = None) -> float:
+    """Part of the cells in contact, (n,) array of bool, that has contact all around; with some
+    ``others`` among these."""
     inner = inside.copy()
     inner[partition.across(inside)] = False
+    inner = inner if others is None else inner | others
     return float(inner.sum() / max(inside.sum(), 1))
 
 
-def narrow(partition: Partition, touching: ndarray) -> str:
-    """A warning if a flat punch touches along lines of cells hardly wider than one, as on a stiff
-    crust that bends away from it inside: contact may be far narrower than they are."""
+def _rim(partition: Partition, ribs: ndarray | None = None) -> ndarray:
+    """Cells on the edge of a plan, or on some ribs of it, (n,) array of bool."""
+    rim = np.zeros(len(partition), dtype=bool)
+    rim[partition.f2c[0, edge_ribs(partition) if ribs is None else ribs]] = True
+    return rim
+
+
+def narrow(partition: Partition, touching: ndarray, even: bool) -> str:
+    """A warning if a punch touches along lines of cells hardly wider than one: an ``even`` one as
+    on a stiff crust that bends away from it inside, another along the edge of its plan. Contact
+    may be far narrower than they are."""
     if touching.all() or touching.sum() < DOZEN or inner_share(partition, touching) > NARROW:
+        return ""
+    if not even and touching[_rim(partition)].sum() < ALONG * touching.sum():  # it is rough
         return ""
     return (
         f"contact on {touching.sum()} of {len(touching)} cells is hardly anywhere wider than one: "
@@ -72,20 +86,22 @@ def presses_over(partition: Partition, pressure: ndarray, ribs: ndarray | None =
     to these ribs of it, or to all.
 
     Those of contact that ends inside, or just there, fall to it; on rough shapes, whose contact is
-    thin, they grow by chance.
+    thin, they grow by chance. A strip of contact along the edge is none of these.
     """
-    areas = partition.areas
-    if inner_share(partition, pressure > 0) < INNER:
-        return False
-    rim = np.zeros(len(areas), dtype=bool)
-    rim[partition.f2c[0, edge_ribs(partition) if ribs is None else ribs]] = True
+    areas, inside = partition.areas, pressure > 0
+    rim = _rim(partition, ribs)
     beside = np.zeros(len(areas), dtype=bool)
     beside[partition.across(rim)] = True
     beside &= ~rim
+    along = rim & inside & ((inside & (rim | beside)).sum() >= ALONG * inside.sum())
+    sides = partition.across(inside)
+    along[sides[:, rim[sides].all(axis=0)]] = False  # contact is on one side only
+    if inner_share(partition, inside, along) < INNER:
+        return False
     force = pressure * areas
-    at_edge, inside = force[rim].sum(), force[beside].sum()
+    at_edge, next_to_it = force[rim].sum(), force[beside].sum()
     counts = at_edge > COUNTS * np.abs(force).sum()
-    return bool(counts and at_edge * areas[beside].sum() > inside * areas[rim].sum())
+    return bool(counts and at_edge * areas[beside].sum() > next_to_it * areas[rim].sum())
 
 
 def pulling(areas: ndarray, pressure: ndarray, constant: ndarray | None = None) -> str:

@@ -175,13 +175,11 @@ class PlanTriangles(ReadOnly):
         """
         if fitted is self._whole:
             return fitted
-        inside, cell = pressure > 0, self._of_triangles
+        inside = pressure > 0
         many = even and inside.sum() >= DOZEN
         if many and fitted.area < LEFT[0] * self.partition.areas[inside].sum():
             fitted = self._with_points(fitted, inside)
-        held = fitted.level > 0
-        if not self.own.all():
-            held = np.bincount(cell, held[self.t].any(axis=0), len(inside)) > 0
+        held = self._held(fitted)
         thin = _thin(self.partition, inside, held) & ~(even & held)
         if not even:
             thin |= self._on_steep(pressure, opening, inside, held)
@@ -193,6 +191,13 @@ class PlanTriangles(ReadOnly):
                 region = self._around(fitted, thin, inside)
         unseen = self._unseen(region.areas, pressure, many) & ~thin
         return self._around(fitted, thin | unseen, inside) if unseen.any() else region
+
+    def _held(self, region: ContactRegion) -> ndarray:
+        """Cells whose middle a region holds; of those that have no point there, any corner."""
+        held = region.level > 0
+        if self.own.any():
+            return held[self.own]
+        return np.bincount(self._of_triangles, held[self.t].any(axis=0), len(self.partition)) > 0
 
     def _with_points(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
         """With the points of cells in contact, where they have one each, on their side of the edge

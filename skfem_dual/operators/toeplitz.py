@@ -243,7 +243,7 @@ def require_period(ground: PeriodicGround, lattice: Lattice | None) -> None:
         raise ValueError(
             "expected constant pressures on a regular grid of rectangles, and their centroids, on "
             'a PeriodicGround, got other cells or points. Remedy: edge="constant" and a uniform '
-            "MeshQuad over a period"
+            "MeshQuad over a period; nothing is known off its centroids"
         )
     sides, places = np.array(lattice.shape) * lattice.spacing, int(np.prod(lattice.shape))
     if len(lattice) < places or not np.allclose(sides, ground.period, 1e-9 + lattice.blur, 0):
