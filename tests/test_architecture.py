@@ -201,6 +201,7 @@ LAYERS = [
     [
         "solutions.edge_coefficient",
         "solutions.inside_cells",
+        "solutions.resultant",
         "solutions.pressures",
         "solutions.bearing",
         "solutions.bounds",

@@ -381,6 +381,20 @@ def test_frame_without_stiffness_is_none():
     assert (frame.frame_forces == 0).all()
 
 
+def test_bodies_that_no_frame_holds_keep_their_loads():
+    """Their balance was never looked at, as if the frame took a part."""
+    mesh, frame = disc(2), np.zeros((9, 9))
+    frame[:6, :6] = 0.1 * np.kron([[1, -1], [-1, 1]], np.eye(3))
+    pads = [punch(mesh.translated((3.0 * i, 0.0)), origin=(3.0 * i, 0.0)) for i in range(3)]
+    loads = [{"force": 1.0}, {"force": 2.0}, {"force": 1.0, "at": (0.2, 0.0)}]
+    found = RigidPunches(pads, stiffness=frame).solve(loads)
+    assert found[2].load.force == 1.0
+    assert found[2].centre_of_pressure == pytest.approx([0.2, 0.0], abs=1e-9)
+    assert found[0].load.force is None
+    assert (found.frame_forces[2] == 0).all()
+    assert found.frame_forces[0] == pytest.approx(-found.frame_forces[1], abs=1e-9)
+
+
 @pytest.mark.parametrize("stiff", [1.0, 1e7])
 def test_frames_are_the_same_in_any_unit_of_length(stiff):
     """Far from a metre they were no success, and without the positions by work."""

@@ -11,13 +11,24 @@ import pytest
 from elastic_shapes import SOIL, block, plate
 from marks import slow
 from scipy.sparse import csr_matrix
-from skfem import CellBasis, ElementTriMorley, ElementTriP0, LinearForm, MeshTri
+from skfem import (
+    CellBasis,
+    ElementQuad0,
+    ElementTriMorley,
+    ElementTriP0,
+    LinearForm,
+    MeshQuad,
+    MeshTri,
+)
 
 from skfem_dual import (
     ConvergenceWarning,
     DualMesh,
     ElasticPunch,
     HalfSpace,
+    Layer,
+    LayeredHalfSpace,
+    PeriodicGround,
     Plate,
     Punches,
     RigidPunch,
@@ -25,6 +36,7 @@ from skfem_dual import (
     bearing_pressure,
     column_load,
 )
+from skfem_dual.elements.balance import field_resultant
 from skfem_dual.grids.generate import polygon, rectangle
 from skfem_dual.report import report_html
 from skfem_dual.report.bodies import bodies_of
@@ -455,3 +467,82 @@ def test_data_tells_what_was_solved(cases, group):
     assert pair["distance"] == pytest.approx(np.hypot(*(centres[1] - centres[0])))
     ratio = abs(pair["differential_settlement"]) / pair["distance"]
     assert pair["angular_distortion"] == pytest.approx(ratio)
+
+
+def test_footings_without_a_resultant_are_shown():
+    """On ground that pulls: pages, pictures and fields of them ended in an error."""
+    dual = DualMesh.from_mesh(rectangle(2.0, 1.0, n=50))
+    two = DualMesh.from_mesh(rectangle(2.0, 1.0, n=50).translated((2.5, 0.0)))
+    pads = [RigidPunch(SOIL, d.basis(), origin=at) for d, at in ((dual, (0, 0)), (two, (2.5, 0)))]
+    calm, loaded = RigidPunches(pads).solve([{"force": 0.0}, {"force": 1.0}], unilateral=False)
+    assert np.abs(calm.pressure).max() > 0.01
+    field, p = calm.pressure_field()
+    assert np.abs(field_resultant(field, p)).max() < 1e-9
+    text = report_html({"calm": calm, "loaded": loaded})
+    assert "No isobars" not in text
+    assert "<img" in calm._repr_html_()
+
+
+def test_isobars_of_net_uplift():
+    """They were refused by their own scale."""
+    dual = DualMesh.from_mesh(rectangle(2.0, 1.0, n=50))
+    punch = RigidPunch(SOIL, dual.basis())
+    assert "No isobars" not in report_html(punch.solve(-1.0, at=(0.1, 0.0), unilateral=False))
+
+
+def test_solutions_of_one_footing_by_names_are_its_cases():
+    """They were footings in one place, without an envelope."""
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(2.0, 1.0, n=50)).basis())
+    found = {"a": punch.solve(1.0), "b": punch.solve(2.0)}
+    (body,) = bodies_of(found, Details())
+    assert body.cases.names == ("a", "b")
+    (alone,) = bodies_of({"a": found["a"]}, Details())
+    assert alone.name == "a"
+    raft = plate()
+    with pytest.raises(ValueError, match=r"got \['raft'\]. Remedy: \{name: \{case: solution"):
+        bodies_of({"raft": raft}, Details(plates={"raft": Plate(1.0, 1.0, 0.2)}))
+
+
+def test_moments_alone_leave_no_rounding_to_read():
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(2.0, 1.0, n=50)).basis())
+    cases = punch.solve_many({"m": {"force": 0.0, "moments": (1.0, 0.0)}}, unilateral=False)
+    assert cases.couple[0] == 0.0
+    assert abs(cases.couple[1]) == pytest.approx(1.0)
+    assert cases["m"].mean_pressure == 0.0
+    assert "Force, acting at  0, at no point" in repr(cases["m"])
+    (body,) = bodies_of(cases, Details(allowable=1.0))
+    assert body.utilisation[0] == [0.0]
+
+
+def test_periodic_ground_is_told():
+    """As homogeneous, of the modulus of its top layer."""
+    side = np.linspace(0.0, 1.0, 9)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    layers = LayeredHalfSpace([Layer(0.3, 1.0, 0.3)], HalfSpace(5.0, 0.2))
+    ground = PeriodicGround(layers, (1.0, 1.0))
+    found = RigidPunch(ground, cells, gap=lambda x: 0.1 * np.cos(2 * np.pi * x[0])).solve(0.01)
+    data = report_data(bodies_of(found, Details()))["substrate"]
+    assert (data["kind"], data["period"]) == ("periodic", [1.0, 1.0])
+    assert data["ground"]["layers"][0]["thickness"] == 0.3
+    text = report_html(found)
+    assert "Period after which pressures repeat" in text
+    assert "graded half-space" not in text
+
+
+def test_unsolved_cases_govern_nothing():
+    punch = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(2.0, 1.0, n=50)).basis())
+    cases = punch.solve_many({"a": {"force": 1.0}, "b": {"force": 2.0}})
+    failed = dataclasses.replace(cases["b"], success=False, message="not found")
+    some = dataclasses.replace(cases, solutions=(cases["a"], failed))
+    shown = []
+
+    def seen(solution, **_):
+        shown.append(solution)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("skfem_dual.visuals.notebook.isobars", seen)
+        some._repr_html_()
+    assert shown == [cases["a"]]
+    none = dataclasses.replace(cases["a"], success=False, message="not found"), failed
+    text = report_html(dataclasses.replace(cases, solutions=none))
+    assert "which governs" not in text

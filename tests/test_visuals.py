@@ -37,6 +37,7 @@ from skfem import (
 
 from skfem_dual import (
     DualMesh,
+    GridCouple,
     HalfSpace,
     Plan,
     RigidPunch,
@@ -910,9 +911,29 @@ def test_bad_places_are_marked():
         bad = MeshTri(p, np.array([[0], [1], [2]]))
         (mark,) = [m for m in layers(bad, False, check_mesh(bad)) if m.color == FAULT]
         assert mark.label == f"{entity}s at fault"
+    worse = MeshTri(np.hstack([good.p, line + 9.0]), np.hstack([good.t, [[25], [26], [27]]]))
+    with pytest.raises(ValueError, match="a report of the mesh drawn, got one of a larger"):
+        list(layers(good, False, check_mesh(worse)))
+    with pytest.raises(ValueError, match="report with a mesh or a DualMesh only"):
+        list(layers(GridCouple.from_dual(DualMesh.from_mesh(good)), False, check_mesh(good)))
     good.doflocs[0, 0] = np.nan
     with pytest.raises(MeshError, match="finite coordinates"):
         list(layers(good, False))
+
+
+@pytest.mark.parametrize("n", [6, 8])
+def test_edges_of_neighbours_that_touch_are_drawn(n):
+    """Where their nodes coincide they were left out: two plans looked like one."""
+    meshes = [
+        MeshTri.init_tensor(np.linspace(x, x + 2.0, 7), np.linspace(0.0, 1.0, m))
+        for x, m in ((0.0, 6), (2.0, n))
+    ]
+    fields = [Field.from_basis(CellBasis(m, ElementTriP1()), m.p[0]) for m in meshes]
+    both = Field.together(fields)
+    sides = both.p[0][both.outline]
+    assert (sides == 2.0).all(axis=0).sum() == 5 + n - 1
+    plan = ContactRegion.together([ContactRegion(m.p, m.t, np.ones(m.p.shape[1])) for m in meshes])
+    assert both.in_contact(plan).outline.shape == both.outline.shape
 
 
 @pytest.mark.slow

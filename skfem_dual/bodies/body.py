@@ -262,8 +262,12 @@ class Movable(Body):
             raise ValueError(
                 "expected a flat punch, got one with a gap, whose contact depends on the force"
             )
-        corners = kern(self.system, self.partition, self.acting, self.centre)
-        return readonly(corners - np.array(self.origin)[:, None])
+        return readonly(self._kern - np.array(self.origin)[:, None])
+
+    @computed_once
+    def _kern(self) -> ndarray:
+        """The same in the coordinates of the plan."""
+        return kern(self.system, self.partition, self.acting, self.centre)
 
     def _full_stiffness(self, rough: bool) -> ndarray:
         shift = moving(self.centre - self.origin)

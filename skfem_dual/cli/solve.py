@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import ElasticPunch, ElasticSolution, PunchSolution, RigidPunch
 from ..contact.system import DENSE
-from ..errors import MeshWarning
+from ..errors import ConvergenceError, MeshWarning
 from ..io import write_solution, write_structure
 from ..io.cases import write_rows
 from ..messages import shortened
@@ -193,7 +193,7 @@ def _write_fields(
         return bool(pictures)
     try:
         draw(options, "isobars", governing, **_scale(details.units))
-    except ValueError as error:  # as of constant pressures, which have no isobars
+    except (ValueError, ConvergenceError) as error:  # as of constant pressures
         tell(f"not written: {', '.join(pictures)}: {in_options(str(error))}")
         return True
     return False

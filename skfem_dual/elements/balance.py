@@ -84,7 +84,9 @@ def balanced(
         matrix = integrals @ shares.T / scale[:, None]
         factor = np.linalg.lstsq(matrix, missing, rcond=None)[0]
         left = np.abs(matrix @ factor - missing).max()
-        return given + factor @ shares if left <= LEFT * np.abs(resultant / scale).max() else None
+        pressed = np.abs(integrals[0]) @ np.abs(given)  # without a resultant it is the measure
+        measure = max(pressed, np.abs(resultant / scale).max())
+        return given + factor @ shares if left <= LEFT * measure else None
 
     found, pressed = nearest(values), bool((values >= 0).all())
     for _ in range(TRIALS if pressed else 0):

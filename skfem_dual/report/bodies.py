@@ -62,8 +62,10 @@ def bodies_of(solution: Any, details: Details) -> list[ReportedBody]:
     require_points_on(plans, details.own_points)
     for of in ("accuracy", "plates", "columns"):
         if unknown := [name for name in getattr(details, of) if name not in solution]:
+            alone = ". Remedy: {name: {case: solution}} for the name of a body alone"
             raise ValueError(
                 f"expected {of} by the names of bodies, {list(solution)}, got {unknown}"
+                f"{alone if list(solution) == [''] else ''}"
             )
     return bodies
 
@@ -82,8 +84,10 @@ def _all_of(kind: type, solutions: Mapping) -> bool:
 
 
 def _is_one(solutions: Mapping) -> bool:
-    """Whether solutions of structures are cases of one."""
-    return _all_of(ElasticSolution, solutions) and _count(list(solutions.values())) == 1
+    """Whether solutions are cases of one body; one alone is of a structure, or a footing."""
+    footings = len(solutions) > 1 and _all_of(PunchSolution, solutions)
+    known = footings or _all_of(ElasticSolution, solutions)
+    return known and _count(list(solutions.values())) == 1
 
 
 def _count(solutions: Sequence[Any]) -> int:

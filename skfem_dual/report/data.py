@@ -11,7 +11,8 @@ from .. import __version__
 from ..contact.load import Load, Share
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
-from ..ground.substrates import Substrate
+from ..ground.periodic import PeriodicGround
+from ..ground.substrates import HalfSpace, Substrate
 from ..io import CaseRow
 from ..solutions.pressures import CellPressures
 from .bodies import ReportedBody, between
@@ -98,7 +99,7 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def substrate_data(ground: Substrate | str) -> Any:
+def substrate_data(ground: Substrate | PeriodicGround | str) -> Any:
     """A ground as data: its kind and its numbers; a rigid base by its word."""
     if isinstance(ground, str):
         return ground
@@ -113,10 +114,15 @@ def substrate_data(ground: Substrate | str) -> Any:
             for layer in ground.layers
         ]
         return {"kind": "layered", "layers": layers, "base": substrate_data(ground.base)}
+    if isinstance(ground, PeriodicGround):
+        period = list(ground.period)
+        return {"kind": "periodic", "period": period, "ground": substrate_data(ground.ground)}
     surface = {"young": ground.surface.young, "poisson": ground.surface.poisson}
-    if isinstance(ground, GradedHalfSpace):
-        return {"kind": "graded", **surface, "description": ground.description}
-    return {"kind": "homogeneous", **surface}
+    if isinstance(ground, HalfSpace):
+        return {"kind": "homogeneous", **surface}
+    description = getattr(ground, "description", str(ground))
+    kind = "graded" if isinstance(ground, GradedHalfSpace) else "other"
+    return {"kind": kind, **surface, "description": description}
 
 
 def _said(details: Details) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def isobar_picture(solution: CellPressures, plan: LoadedPlan) -> tuple[Picture, 
     ValueError
         If the pressure has no isobars, for it is constant or zero.
     """
-    scale, quantity = pressure_scale(solution)
+    scale, quantity = None, pressure_scale(solution)[1]
     region, mesh = solution.contact_region, nodal_mesh(solution.punch.basis)
     if plan.units.named:
         unit = plan.units.pressure

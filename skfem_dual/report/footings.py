@@ -172,15 +172,16 @@ def pictures_of_footing(footing: Footing, called: Mapping[str, str]) -> Html:
         mesh_figure(standing.solution, standing),
         plan_figure(standing, "The plan with its corners", footing.wanted),
     ]
-    numbers = {} if footing.extremes else {footing.governing: ["the largest pressure"]}
+    numbers: dict[int, list[str]] = {}
     for extreme in footing.extremes:
         if extreme.quantity == "contact_share" and extreme.value >= 1:
             continue  # that of any case
         numbers.setdefault(extreme.number, []).append(called[extreme.quantity].lower())
-    for k, what in numbers.items():
+    for k, what in (numbers or {footing.governing: []}).items():
         if (shown := footing.standings[k]) is None:
             continue
-        why = f"Case {footing.names[k]}, which governs {listed(what)}: {in_words(shown)}. "
+        governs = f", which governs {listed(what)}" if what else ""
+        why = f"Case {footing.names[k]}{governs}: {in_words(shown)}. "
         parts.append(isobars_figure(shown.solution, shown, why))
     return section(titled("Pressure of the governing cases", footing.name), *parts)
 

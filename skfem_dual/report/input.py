@@ -9,6 +9,7 @@ from ..contact.load import Share
 from ..grids.cellwise import nodal_mesh
 from ..ground.graded import GradedHalfSpace
 from ..ground.layered import LayeredHalfSpace
+from ..ground.periodic import PeriodicGround
 from ..ground.substrates import HalfSpace, Substrate
 from ..messages import listed
 from ..solutions.pressures import CellPressures
@@ -181,8 +182,13 @@ def signs_of_moments() -> Html:
     return figure(Picture.from_svg(svg, 410), "Signs of moments", text)
 
 
-def ground_table(substrate: Substrate, units: Units) -> Html:
+def ground_table(substrate: Substrate | PeriodicGround, units: Units) -> Html:
     """The ground, layer by layer."""
+    if isinstance(substrate, PeriodicGround):
+        length = symbol(units.length)
+        rows = [(f"Along {c}", number(x), length) for c, x in zip("xy", substrate.period)]
+        period = table(rows, ("Period after which pressures repeat", "", "Unit"))
+        return joined([ground_table(substrate.ground, units), period])
     if isinstance(substrate, HalfSpace):
         modulus = amount(substrate.young, units.modulus)
         rows = [("Young's modulus E", modulus, symbol(units.modulus))]

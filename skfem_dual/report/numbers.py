@@ -168,8 +168,7 @@ class LoadedPlan:
     @property
     def force(self) -> float:
         """Resultant of the pressures, without rounding errors where moments leave none."""
-        force = self.solution.force
-        return force if abs(force) > NEGLIGIBLE * self.load else 0.0
+        return self.solution.force if self.solution.acts else 0.0
 
     @cached_property
     def acting_point(self) -> ndarray | None:
@@ -180,14 +179,6 @@ class LoadedPlan:
     def force_point(self) -> ndarray | None:
         """Where the resultant acts; None if there is none to speak of, or it pulls."""
         return self.acting_point if self.force > 0 else None
-
-    @property
-    def couple(self) -> ndarray:
-        """Moments (mx, my) of a resultant that acts in no point, 0 of others; shape (2,)."""
-        if self.acting_point is not None:
-            return np.zeros(2)
-        moments = self.solution.resultant[:0:-1]
-        return np.where(np.abs(moments) > NEGLIGIBLE * self.scale[1:], moments, 0.0)
 
     @property
     def plan_area(self) -> float:

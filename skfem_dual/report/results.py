@@ -6,6 +6,7 @@ from string import ascii_uppercase
 import numpy as np
 from numpy import ndarray
 
+from ..errors import ConvergenceError
 from ..solutions.bearing import bearing_pressure
 from ..solutions.pressures import CellPressures
 from ..solutions.punch_solution import PunchSolution
@@ -140,14 +141,13 @@ def pressure_section(solution: CellPressures, plan: LoadedPlan) -> Html:
     most, least = int(np.argmax(p)), int(np.argmin(p))
     places = punch.partition.centroids
     sharp = punch.gap is None or punch.edge == "singular"
-    mean = solution.mean_pressure if plan.force else 0.0
     away = bearing_pressure(solution)
     unit, length = plan.units.pressure, symbol(plan.units.length)
     rows: list[tuple] = [
         ("Contact", joined([in_words(plan), small(solution.message)]), NONE),
         ("Contact area", number(solution.contact_area), symbol(plan.units.area)),
         ("of the area of the plan", percent(1 - plan.lifted_share), NONE),
-        ("Mean pressure on the contact area", amount(mean, unit), symbol(unit)),
+        ("Mean pressure on the contact area", amount(solution.mean_pressure, unit), symbol(unit)),
         ("Largest mean pressure on a circle", amount(away, unit), symbol(unit)),
         ("Largest mean pressure of a cell", amount(p[most], unit), symbol(unit)),
         ("in the cell around", placed(places[:, most], plan.size), length),
@@ -183,7 +183,7 @@ def isobars_figure(solution: CellPressures, plan: LoadedPlan, why: str = "") -> 
     """Isobars, or why there are none; ``why`` begins the caption."""
     try:
         picture, quantity = isobar_picture(solution, plan)
-    except ValueError as error:  # no pressure, or the same everywhere
+    except (ValueError, ConvergenceError) as error:  # no pressure, or the same everywhere
         return paragraph(f"No isobars: {error}.")
     caption = f"{why}Isobars of {quantity}"
     if solution.contact_region.edge:

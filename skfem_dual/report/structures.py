@@ -108,7 +108,7 @@ class Structure(UnderCases):
     @cached_property
     def couples(self) -> ndarray:
         """Moments (mx, my) of resultants that act in no point, shape (2, k)."""
-        return np.array([plan.couple for plan in self.standings]).T
+        return np.array([solution.couple for solution in self.solutions]).T
 
     @property
     def has_couples(self) -> bool:
@@ -134,8 +134,7 @@ class Structure(UnderCases):
     @cached_property
     def mean_pressure(self) -> ndarray:
         """Force over the area in contact, shape (k,)."""
-        forced = ((plan.solution.mean_pressure, plan.force) for plan in self.standings)
-        return np.array([mean if force else 0.0 for mean, force in forced])
+        return np.array([solution.mean_pressure for solution in self.solutions])
 
     @cached_property
     def largest_pressure(self) -> ndarray:

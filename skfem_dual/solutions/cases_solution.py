@@ -128,7 +128,7 @@ class CasesSolution(ReadOnly):
     def couple(self) -> ndarray:
         """Moments (mx, my), as in tables of loads, of resultants without a force, which act in no
         point; 0 of those with one; shape (2, k)."""
-        found = self._of(lambda s: s.resultant[:0:-1], (2,)).T
+        found = self._of(lambda s: s.couple, (2,)).T
         return readonly(np.where(np.isfinite(self.point), 0.0, found))
 
     @computed_once

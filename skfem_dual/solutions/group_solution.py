@@ -80,11 +80,10 @@ class PunchesSolution:
             return np.zeros((len(first), 3))
         positions = np.array([s.positions[0] for s in first])
         taken = (self.punches.stiffness @ positions.ravel()).reshape(positions.shape)
-        framed = self.punches.stiffness.any(axis=1).reshape(-1, 3).any(axis=1)
+        framed = _framed(self.punches)
         for own, body, held in zip(taken, self.punches.bodies, framed, strict=True):
             share = self[body[0]].load
-            load = share.body
-            if not held or load.force is None or load.tilt is not None:
+            if not held or (load := share.body).force is None or load.tilt is not None:
                 continue
             own[:] = [load.force, *load.moments_of(load.force)]
             for i in body:
@@ -125,6 +124,13 @@ class PunchesSolution:
         from ..visuals.notebook import group_html
 
         return group_html(self)
+
+
+def _framed(punches: Any) -> ndarray:
+    """Which bodies a frame holds, (nbodies,) array of bool."""
+    if punches.stiffness is None:
+        return np.zeros(len(punches.bodies), dtype=bool)
+    return np.asarray(punches.stiffness.any(axis=1).reshape(-1, 3).any(axis=1))
 
 
 def how_moved(solution: PunchSolution | ElasticSolution) -> str:
@@ -185,7 +191,7 @@ def answers_of(
     together = None
     if all(punch.gap is None for punch in punches.members):
         together = GroupAnswer(punches, loads, contact, position)
-    for number, body in enumerate(punches.bodies):
+    for number, (body, held) in enumerate(zip(punches.bodies, _framed(punches), strict=True)):
         moved = position[3 * number : 3 * number + 3]
         for i in body:
             punch = punches.members[i]
@@ -194,7 +200,7 @@ def answers_of(
             settlement = own[0] + own[1:] @ (punch.origin - punch.centre)
             # joined punches and those under a frame have a position, not a load, of their own
             load = loads[number]
-            if len(body) > 1 or punches.stiffness is not None:
+            if len(body) > 1 or held:
                 found = {"settlement": float(settlement), "tilt": tuple(own[1:].tolist())}
                 load = replace(punches.arrangement.share_of(number, load), **found)
             around = others[:i] + others[i + 1 :]

@@ -20,10 +20,11 @@ from ..elements.line_weights import LineWeights
 from ..grids.lattice import Lattice
 from ..grids.polygons import readonly
 from ..ground.periodic import PeriodicGround
-from ..kernels.once import ReadOnly, computed_once
+from ..kernels.once import computed_once
 from ..messages import shown
 from .edge_coefficient import EdgeCoefficient, coefficient_of
 from .inside_cells import InsideCells
+from .resultant import Resultant
 
 #: distances over the extent of the plan that are printed as zero
 ROUNDING = 1e-12
@@ -40,7 +41,7 @@ def checked_solution(name: str, value: Any) -> "CellPressures":
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CellPressures(ReadOnly):
+class CellPressures(Resultant):
     """Pressures and gaps of the cells under a body.
 
     The attributes are described in `PunchSolution`. ``punch`` is the problem solved, of which only
@@ -88,20 +89,6 @@ class CellPressures(ReadOnly):
         return self.footprint.mean_moments(self.pressure, self.slopes)
 
     @property
-    def force(self) -> float:
-        """Resultant of the pressure."""
-        return float(self.resultant[0])
-
-    @property
-    def centre_of_pressure(self) -> ndarray:
-        """Point through which the resultant acts, from the origin; NaN without a force that is
-        more than rounding of the pressures."""
-        pressed = np.abs(self.pressure) @ self.footprint.partition.areas
-        if abs(self.force) <= ROUNDING * pressed:
-            return readonly(np.full(2, np.nan))
-        return readonly(self.resultant[1:] / self.force)
-
-    @property
     def contact(self) -> ndarray:
         """Cells in contact, indices, ascending."""
         touching = (self.pressure != 0) | (self.gap == 0)
@@ -140,7 +127,7 @@ class CellPressures(ReadOnly):
     def mean_pressure(self) -> float:
         """Force over contact area; zero without contact."""
         area = self.contact_area
-        return self.force / area if area > 0 else 0.0
+        return self.force / area if area > 0 and self.acts else 0.0
 
     def ground_displacement(self, x: ArrayLike) -> ndarray:
         """Settlement of the ground at any points of its surface.
@@ -335,7 +322,7 @@ class CellPressures(ReadOnly):
             "Grid": self.footprint.description,
             "Substrate": str(self.footprint.substrate),
             **self._position_rows(),
-            "Force, acting at": f"{self.force:.6g}, {where}",
+            "Force, acting at": f"{self.force if self.acts else 0.0:.6g}, {where}",
             "Contact area": f"{self.contact_area:.6g}",
             "Pressure mean": f"{self.mean_pressure:.6g}",
             "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",

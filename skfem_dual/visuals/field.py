@@ -47,6 +47,8 @@ class Field:
         The cell each triangle is part of.
     flat : bool
         Whether the field is constant on each triangle.
+    plan : (npoints,) array of int, optional
+        The plan of each point, where there are several: edges stay where two of them touch.
     """
 
     p: ndarray
@@ -54,6 +56,7 @@ class Field:
     values: ndarray
     cells: ndarray
     flat: bool
+    plan: ndarray | None = None
 
     @classmethod
     def from_basis(
@@ -110,6 +113,7 @@ class Field:
             np.concatenate([field.values for field in fields]),
             np.concatenate([field.cells + first for field, first in zip(fields, cells)]),
             fields[0].flat,
+            np.repeat(np.arange(len(fields)), np.diff(points)),
         )
 
     def in_contact(self, region: ContactRegion) -> "Field":
@@ -151,7 +155,8 @@ class Field:
             values = self.values[own]
         else:
             values = np.append(self.values, np.zeros(len(key)))[used]
-        return Field(p[:, used], t.reshape(3, -1), values, self.cells[own], self.flat)
+        plan = None if self.plan is None else np.append(self.plan, self.plan[i])[used]
+        return Field(p[:, used], t.reshape(3, -1), values, self.cells[own], self.flat, plan)
 
     @cached_property
     def areas(self) -> ndarray:
@@ -174,6 +179,10 @@ class Field:
         _, first, place = np.unique(
             self.p[0] + 1j * self.p[1], return_index=True, return_inverse=True
         )
+        if self.plan is not None:
+            _, first, place = np.unique(
+                place * (self.plan.max() + 1) + self.plan, return_index=True, return_inverse=True
+            )
         sides = np.sort(place[np.hstack([self.t[[0, 1]], self.t[[1, 2]], self.t[[2, 0]]])], axis=0)
         cells = np.tile(self.cells, 3)
         keep = sides[0] != sides[1]

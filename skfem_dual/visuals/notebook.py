@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import ConvergenceError
 from ..grids.dual_mesh import DualMesh
 from ..grids.report import Report
 from ..solutions.cases_solution import CasesSolution
@@ -53,10 +54,12 @@ def group_html(group: PunchesSolution) -> str:
 
 
 def cases_html(cases: CasesSolution) -> str:
-    """A row for each of the first cases, and the isobars of that with the largest pressure."""
+    """A row for each of the first cases, and the isobars of that with the largest pressure of
+    those with success."""
 
     def drawn(ax: Axes) -> None:
-        isobars(cases[int(np.nanargmax(cases.largest_pressure))], ax=ax)
+        largest = np.where(cases.success, cases.largest_pressure, -np.inf)
+        isobars(cases[int(np.argmax(largest))], ax=ax)
 
     table = cases.table()
     rows = [[_told(value) for value in row.values()] for row in table[:ROWS]]
@@ -117,7 +120,7 @@ def _page(
     elif drawn:
         try:
             picture = _image(name, drawn)
-        except (ImportError, ValueError) as error:  # no matplotlib, or nothing to draw
+        except (ImportError, ValueError, ConvergenceError) as error:  # nothing to draw, or with
             picture = f"<p>No picture: {escape(str(error))}.</p>"
     return f"<div><b>{escape(name)}</b><table>{lines}</table>{picture}</div>"
 

@@ -55,6 +55,8 @@ def layers(
     if report is not None:
         checked_instance("report", report, MeshReport, "check_mesh(mesh)")
     if isinstance(grid, GridCouple):
+        if report is not None:
+            raise ValueError("expected a report with a mesh or a DualMesh only, got a GridCouple")
         yield from _couple_layers(grid, nodes)
         return
     if not isinstance(grid, (Mesh2D, DualMesh)):
@@ -79,6 +81,9 @@ def layers(
     if nodes and dual:
         yield DrawnLayer("nodes of the dual grid", dual.p, None, DUAL, 6 * fine)
     for condition in report.violated if report else ():
+        counts = {"node": mesh.p.shape[1], "facet": mesh.nfacets}
+        if condition.offending.max() >= counts.get(condition.entity, mesh.nelements):
+            raise ValueError("expected a report of the mesh drawn, got one of a larger mesh")
         yield from _fault_layers(mesh, condition)
 
 
