@@ -9,6 +9,7 @@ import pytest
 
 from skfem_dual import HalfSpace, Plan, solve_plan
 from skfem_dual.cli import main
+from skfem_dual.plans.drawings import unit_of_drawing
 
 GROUND = ["--young", "30e6", "--poisson", "0.25"]
 CORNERS = "0,0 3,0 3,1 1,1 1,3 0,3"
@@ -244,6 +245,17 @@ def test_a_table_of_corners_in_another_unit(capsys, tmp_path):
     _, out, err = run(capsys, *arguments, "--drawn-in", "mm")
     assert err == ""
     assert rows(out)["Contact area"] == "6 m²"
+    _, _, err = run(capsys, *arguments, "--drawn-in", "cm")
+    assert "drawn in mm (its header), --drawn-in says cm, which is taken" in err
+
+
+@pytest.mark.parametrize(("number", "told"), [(21, "US survey ft"), (99, "number 99")])
+def test_a_drawing_in_a_unit_of_no_symbol(tmp_path, number, told):
+    """Survey feet were taken for none, and a number of no unit was a traceback."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = number
+    document.saveas(tmp_path / "pad.dxf")
+    assert told in unit_of_drawing(tmp_path / "pad.dxf")
 
 
 def test_a_drawing_in_another_unit(capsys, tmp_path):

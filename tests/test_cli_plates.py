@@ -243,17 +243,30 @@ def test_a_thickness_in_another_unit_is_suspected(capsys, raft, tmp_path):
     assert run(capsys, *raft, *PLATE, *load)[::2] == (0, [])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_remedies_of_plates_are_options(capsys, raft, tmp_path):
+    """Of cases without a solution nothing stood in files and on pages, which told of success."""
     cases_in(tmp_path, COLUMNS.replace("wind, 800", "wind, -5800"))
     loads = ["--loads", "cases.csv", "--cells", "20", "--table", "out.csv"]
-    code, _, err = run(capsys, *raft, *PLATE, *loads)
+    files = ["--json", "out.json", "--report", "out.html"]
+    code, out, err = run(capsys, *raft, *PLATE, *loads, *files)
     assert code == 3
-    # the other case has its row
-    assert err[0] == "skfem-dual: warning: cases without a solution, left out: wind"
-    assert err[1].startswith("skfem-dual: no solution in wind: expected loads")
-    assert err[1].endswith("Remedy: move them or --bilateral for ground that pulls")
+    assert err[0].startswith("skfem-dual: no solution in wind: expected loads")
+    assert err[0].endswith("Remedy: move them or --bilateral for ground that pulls")
     with open("out.csv", encoding="utf-8") as file:
-        assert [row["name"] for row in csv.DictReader(file)] == ["weight"]
+        weight, wind = csv.DictReader(file)
+    assert [weight["success"], wind["success"], wind["force"]] == ["True", "False", "nan"]
+    assert wind["message"].startswith("expected loads")
+    assert [line.split()[0] for line in out if "NO SOLUTION" in line] == ["wind"]
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert found["success"] is False
+    first, second = found["structures"][0]["cases"]
+    assert (first["success"], second["success"], second["force"]) == (True, False, None)
+    assert first.keys() == second.keys()
+    page = (tmp_path / "out.html").read_text()
+    assert "NO SOLUTION in the case wind" in page
+    assert "wind (NO SOLUTION)" in page
+    assert re.search(r"Cases with a solution.*?1 of 2", page, re.S)
     head, _, _, wind = COLUMNS.splitlines()
     cases_in(tmp_path, f"{head}\n{wind.replace('800', '-5800')}\n")
     (tmp_path / "out.csv").unlink()
@@ -330,6 +343,27 @@ def test_columns_are_listed(capsys, raft, tmp_path):
     ]
     with pytest.raises(TypeError, match=r"CaseRow for a row of columns\['a'\].*read_cases"):
         Details(columns={"a": [(1.0, 2.0)]})
+
+
+def test_lines_of_one_column_are_taken_together(capsys, raft, tmp_path):
+    """Dead and live load in lines of their own silenced the warning."""
+    load = ["--plate", "0.1,30e6,0.2", "--cells", "100", "--loads", "cases.csv", "--quiet"]
+    said = []
+    for lines, force in ((1, 900), (3, 300)):
+        line = f"s,{force},{SITE[0] + 3},{SITE[1] + 2},0.3,0.3\n"
+        cases_in(tmp_path, "name,force,x,y,bx,by\n" + lines * line)
+        said.append(run(capsys, *raft, *load)[2])
+    assert said[0] == said[1]
+    assert any("deflection under the column" in line for line in said[0])
+
+
+def test_too_few_cells_for_an_outline_are_told_by_their_option(capsys, raft, tmp_path):
+    ring = [f"{np.cos(t)},{np.sin(t)}" for t in np.linspace(0, 2 * np.pi, 200, endpoint=False)]
+    (tmp_path / "round.csv").write_text("\n".join(ring) + "\n")
+    given = [*PLATE, "--cells", "20", "--force", "100"]
+    code, _, err = run(capsys, "solve", "round.csv", *UNITS, *given)
+    assert code == 2
+    assert "expected --cells from" in err[0]
 
 
 def test_cells_too_large_for_a_column_are_told(capsys):

@@ -118,15 +118,16 @@ def read_bases(
         accuracy = None
         if isinstance(plan, MeshTri):
             dual = DualMesh.from_mesh(plan)
-        elif name in grids:
-            dual = grids[name](plan)
         else:
-            loads = _loads(options, cases, name, origin)
             try:
-                dual, accuracy = solve_outline(options, plan, ground, origin, loads)
+                if name in grids:
+                    dual = grids[name](plan)
+                else:
+                    loads = _loads(options, cases, name, origin)
+                    dual, accuracy = solve_outline(options, plan, ground, origin, loads)
             except ValueError as error:
                 footing = f"footing {name}: " if len(names) > 1 else ""
-                raise ValueError(f"{footing}{error}") from error
+                raise type(error)(f"{footing}{error}") from error
         times["dual"] = times.get("dual", 0.0) + perf_counter() - read
         of_plan = () if isinstance(plan, MeshTri) else (plan.hull, plan.corners)
         bases.append(Base(name, path, dual.mesh, dual, origin, chosen, accuracy, *of_plan))

@@ -94,16 +94,19 @@ def plan_of(options: argparse.Namespace, path: str) -> Plan:
     else:
         kind = Path(path).suffix.lower()
         plan = Plan.read(path, layer=options.layer if kind == ".dxf" else None)
-        if options.drawn_in is None and kind in UNIT_OF:
+        if kind in UNIT_OF:
             read, where = UNIT_OF[kind]
-            _tell_of_unit(path, read(Path(path)), where, options.units)
+            if options.drawn_in is None or where == HEADER:  # drawings are corrected by that
+                _tell_of_unit(path, read(Path(path)), where, options.units, options.drawn_in)
     if options.drawn_in is None:
         return plan
     own, wanted = LENGTHS[options.drawn_in][0], LENGTHS[Units(options.units).length.symbol][0]
     return plan.scaled(own / wanted)
 
 
-def _tell_of_unit(path: str, own: str | None, where: str, units: str | None) -> None:
+def _tell_of_unit(
+    path: str, own: str | None, where: str, units: str | None, drawn_in: str | None
+) -> None:
     """Tell of an outline that says it is in another unit, in drawings often wrong.
 
     Raises
@@ -119,8 +122,15 @@ def _tell_of_unit(path: str, own: str | None, where: str, units: str | None) -> 
                 "heading without a unit"
             )
         return
-    wanted = Units(units).length.symbol
-    if own not in (None, wanted):
+    wanted = Units(units).length.symbol if drawn_in is None else drawn_in
+    if own not in (None, wanted) and drawn_in is not None:
+        warnings.warn(
+            f"{path} says that it is drawn in {own} ({where}), --drawn-in says {wanted}, which is "
+            f"taken. Remedy: --drawn-in {own}, or no unit in the heading if that is wrong",
+            MeshWarning,
+            stacklevel=2,
+        )
+    elif own not in (None, wanted):
         scaled = f"--drawn-in {own} to change it to {wanted}, " if own in LENGTHS else ""
         warnings.warn(
             f"{path} says that it is drawn in {own} ({where}), --units says {wanted}, which "

@@ -10,9 +10,9 @@ from skfem import LinearForm
 from .. import DualMesh, ElasticPunch, Plan, Plate, Punches, RigidPunch, column_load
 from ..arguments import checked_integer
 from ..bodies.plates import excess_under_columns, require_memory
-from ..errors import ConvergenceWarning, ResolutionWarning, warn
+from ..errors import ResolutionWarning, warn
 from ..io import CaseRow
-from ..messages import place, shortened
+from ..messages import place
 from ..plans.read import SUFFIXES
 from ..solutions.elastic_solution import ElasticSolution
 from .footings import Base, CaseRows, names_of, only, punches_of, single_load
@@ -84,7 +84,10 @@ def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
     """
     n = CELLS if options.cells is None else checked_integer("--cells", options.cells, at_least=5)
     require_memory(n)
-    return DualMesh.from_mesh(plan.mesh(n=n))
+    try:
+        return DualMesh.from_mesh(plan.mesh(n=n))
+    except ValueError as error:
+        raise ValueError(str(error).replace("expected n from", "expected --cells from")) from error
 
 
 def solve_plates(
@@ -100,8 +103,7 @@ def solve_plates(
     dict[str, str],
 ]:
     """The footings; their solutions in all cases by names, that of a single one empty; what
-    stands on plates, likewise; and cases whose loads cannot be balanced, with the reason: they
-    are left out, with a warning.
+    stands on plates, likewise; and cases whose loads cannot be balanced, with the reason.
 
     Raises
     ------
@@ -135,11 +137,7 @@ def solve_plates(
             continue
         for base, solution in zip(bases, solutions, strict=True):
             found[base.name][case] = solution
-    if impossible:
-        left = shortened(", ".join(impossible), 60)
-        warn(f"cases without a solution, left out: {left}", ConvergenceWarning)
-    solved = [of for case, of in cases.items() if case not in impossible]
-    columns = {name: [row for of in solved for row in of[name]] for name in plates}
+    columns = {name: [row for of in cases.values() for row in of[name]] for name in plates}
     for base in bases:
         if base.name in plates:
             _warn_if_coarse(plates[base.name], base, columns[base.name], found[base.name])
@@ -159,12 +157,17 @@ def _warn_if_coarse(
     plate: Plate, base: Base, rows: list[CaseRow], solutions: dict[str, ElasticSolution]
 ) -> None:
     """Warn of a column under which a plate bends too much, beside its largest deflection."""
-    rows = [row for row in rows if row.force > 0]
-    if not rows:
+    columns: dict[tuple[str, float, float], float] = {}
+    for row in rows:  # dead and live load of a column stand in lines of their own
+        if row.name in solutions:
+            column = row.name, *row.point(base.origin)
+            columns[column] = columns.get(column, 0.0) + row.force
+    columns = {column: force for column, force in columns.items() if force > 0}
+    if not columns:
         return
-    at = np.array([row.point(base.origin) for row in rows]).T
-    cases = [solutions[row.name] for row in rows]
-    forces = np.array([row.force for row in rows])
+    at = np.array([column[1:] for column in columns]).T
+    cases = [solutions[name] for name, *_ in columns]
+    forces = np.array(list(columns.values()))
     excess = excess_under_columns(plate, cases[0].punch.structure, at, forces)
     excess = excess / [np.abs(case.cell_deflections).max() for case in cases]
     if (worst := excess.max()) > ROUGH:

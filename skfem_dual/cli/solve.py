@@ -57,7 +57,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     require_report(options)
     solved = _solved(options)
     solution, bases, times = solved.solution, solved.bases, solved.times
-    details, impossible = solved.details, solved.impossible
+    details = solved.details
     bodies = bodies_of(solution, _with_accuracy(details, bases))
     footings = [body for body in bodies if isinstance(body, Footing)]
     standings = [footing.standing for footing in footings if footing.standing is not None]
@@ -71,7 +71,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
     if options.report:
         remarks = tuple(text for text in options.warned if text not in said)
         write_report(options.report, solution, details=replace(bodies[0].details, remarks=remarks))
-    failed = _failed(bodies, impossible)
+    failed = _failed(bodies)
     if failed:
         tell(f"no solution{failed}")
     short = any(base.accuracy is not None and not base.accuracy.reached for base in bases)
@@ -86,7 +86,7 @@ def solve(options: argparse.Namespace) -> tuple[int, str]:
 class _Solved(NamedTuple):
     """What was solved, with the punches, what they stand for, and the seconds of each step.
 
-    ``details`` have plates and columns, ``impossible`` messages of cases that plates cannot take.
+    ``details`` have plates and columns, and cases that plates cannot take.
     """
 
     solution: Any
@@ -94,7 +94,6 @@ class _Solved(NamedTuple):
     bases: Sequence[Base]
     details: Details
     times: dict[str, float]
-    impossible: dict[str, str]
 
 
 def _solved(options: argparse.Namespace) -> _Solved:
@@ -112,8 +111,8 @@ def _solved(options: argparse.Namespace) -> _Solved:
         )
         times["all"] = perf_counter() - begin
         made = plates if len(bases) > 1 else {"": plates[bases[0].name]}
-        details = replace(details, plates=made, columns=columns)
-        return _Solved(solution, punches, bases, details, times, impossible)
+        details = replace(details, plates=made, columns=columns, unsolved=impossible)
+        return _Solved(solution, punches, bases, details, times)
     rigid = punches_of(options, ground, bases)
     begin = perf_counter()
     found: Any
@@ -123,7 +122,7 @@ def _solved(options: argparse.Namespace) -> _Solved:
     else:
         found = solve_cases(options, bases, rigid, cases)
         times |= rigid[0].timings | {"all": perf_counter() - begin}
-    return _Solved(found, rigid, bases, details, times, {})
+    return _Solved(found, rigid, bases, details, times)
 
 
 def _look_further(
@@ -199,10 +198,10 @@ def _write_fields(
     return False
 
 
-def _failed(bodies: Sequence[ReportedBody], impossible: dict[str, str]) -> str:
-    """The cases without a solution, those of plates that are ``impossible`` by their messages
-    among them, and why the first has none; empty if all have one."""
-    failed = dict(impossible)
+def _failed(bodies: Sequence[ReportedBody]) -> str:
+    """The cases without a solution, and why the first has none; empty if all have one."""
+    unsolved = bodies[0].details.unsolved
+    failed = dict(unsolved)
     for body in bodies:
         for name, message, ok in zip(body.names, body.messages, body.success, strict=True):
             if not ok:
@@ -210,7 +209,7 @@ def _failed(bodies: Sequence[ReportedBody], impossible: dict[str, str]) -> str:
     if not failed:
         return ""
     (first, why), *others = failed.items()
-    count = len(bodies[0].names) + len(impossible)
+    count = len(bodies[0].names) + len(unsolved)
     if count == 1:
         return f": {in_options(why)}"
     which = shortened(", ".join(failed), 60)
@@ -269,7 +268,7 @@ def _write_data(
         rows = [
             {"footing": body.name, **row} if body.name else row
             for body in bodies
-            for row in body.table()
+            for row in body.rows()
         ]
         write_rows(options.table, rows)
     if options.json:

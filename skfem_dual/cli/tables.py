@@ -87,23 +87,25 @@ def case_table(bodies: Sequence[ReportedBody], bases: Sequence[Base], times: Map
             for head, unit, column in _columns(body, units)
         ]
         share = [f"{100 * s:.3g} %" if np.isfinite(s) else "-" for s in body.contact_share]
-        names = ["case", "", *(shortened(name, NAME) for name in body.names)]
+        unsolved = body.details.unsolved
+        names = ["case", "", *(shortened(name, NAME) for name in (*body.names, *unsolved))]
         found = ["", "", *("" if ok else "NO SOLUTION" for ok in body.success)]
-        table = [names, *shown, ["contact", "", *share], found]
+        told = [[*column, *["-"] * len(unsolved)] for column in (*shown, ["contact", "", *share])]
+        table = [names, *told, [*found, *["NO SOLUTION"] * len(unsolved)]]
         widths = [max(map(len, column)) for column in table]
         for i, row in enumerate(zip(*table, strict=True)):
             if i != 1 or units.named:
                 cells = [f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True)]
                 lines.append("  ".join([f"{row[0]:<{widths[0]}}", *cells]).rstrip())
         lines += ["", *_envelope(body)]
-        told = _points(body)
+        moved = _points(body)
         if isinstance(body, Footing):
-            told |= _bounds(body, times)
-        lines += [*(f"{name + ' ':<24}{line}" for name, line in told.items()), ""]
+            moved |= _bounds(body, times)
+        lines += [*(f"{name + ' ':<24}{line}" for name, line in moved.items()), ""]
     for pair in between(bodies):
-        moved = _read(pair.difference, units.displacement, named=units.named)
+        settled = _read(pair.difference, units.displacement, named=units.named)
         lines.append(
-            f"{pair.first} to {pair.second}: differential settlement {moved}, 1 : "
+            f"{pair.first} to {pair.second}: differential settlement {settled}, 1 : "
             f"{1 / max(pair.distortion, 1e-12):.4g}, {pair.case}"
         )
     return "\n".join([*lines, f"{'Time [s]':<19}{_times(times)}"])

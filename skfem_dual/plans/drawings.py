@@ -18,6 +18,10 @@ from .tables import Corner
 NEAR = 1e-6
 #: rise of a shape over its extent up to which it lies in the plane, where it is shorter by 1e-9
 TILT = 4.5e-5
+#: units of drawings that ezdxf has no symbols of
+SURVEY = {
+    number: f"US survey {unit}" for number, unit in zip(range(21, 25), ("ft", "in", "yd", "mi"))
+}
 #: flag of vertices of polylines that only steer a curve
 FRAME_POINT = 16
 #: shapes that make rings
@@ -59,7 +63,8 @@ def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[l
 
 
 def unit_of_drawing(path: Path) -> str | None:
-    """Symbol of the length that a drawing says it is drawn in (``$INSUNITS``), if it does.
+    """Symbol of the length that a drawing says it is drawn in (``$INSUNITS``), if it does; words
+    for one of US survey feet and for a number that is no unit.
 
     Raises
     ------
@@ -68,7 +73,13 @@ def unit_of_drawing(path: Path) -> str | None:
     """
     from ezdxf.units import decode
 
-    return decode(_drawing(path).header.get("$INSUNITS", 0))
+    number = _drawing(path).header.get("$INSUNITS", 0)
+    if number in SURVEY:
+        return SURVEY[number]
+    try:
+        return decode(number)
+    except IndexError:
+        return f"no unit known, number {number}"
 
 
 def _drawing(path: Path) -> Any:

@@ -133,6 +133,8 @@ def _notices(bodies: Sequence[ReportedBody]) -> Html:
             heading = f"NO SOLUTION in the case {body.called(body.names[k])}"
             shown.append(notice("fault", heading, f"{messages[k]}."))
         shown += _cautions(body)
+    for name, why in bodies[0].details.unsolved.items():
+        shown.append(notice("fault", f"NO SOLUTION in the case {name}", f"{why}."))
     for remark in dict.fromkeys(bodies[0].details.remarks):
         if not any(remark in message for message in told):
             shown.append(notice("caution", "Caution", remark))
@@ -187,7 +189,7 @@ def _in_short(bodies: Sequence[ReportedBody], pairs: Sequence[Between]) -> Html:
             (f"Angular distortion: {worst.first} – {worst.second}", one_to(worst.distortion))
         )
     solved = sum(int(body.success.sum()) for body in bodies)
-    total = sum(len(body.names) for body in bodies)
+    total = sum(len(body.names) + len(body.details.unsolved) for body in bodies)
     items.append(("Cases with a solution", f"{solved} of {total}"))
     return short_list(items)
 

@@ -79,7 +79,7 @@ def report_data(bodies: Sequence[ReportedBody]) -> dict[str, Any]:
             for pair in between(bodies)
         ],
         "error": _error(footings[0]) if footings else None,
-        "success": all(bool(body.success.all()) for body in bodies),
+        "success": all(bool(body.success.all()) for body in bodies) and not details.unsolved,
         # what a run of the command line adds
         "condition_number": None,
         "seconds": None,
@@ -152,11 +152,16 @@ def _footing(footing: Footing) -> dict[str, Any]:
             **_plan(footing),
             "kern": None if standing is None or standing.kern is None else standing.kern.T,
             "accuracy": None if footing.accuracy is None else asdict(footing.accuracy),
-            "cases": [_case(footing, k) for k in range(len(cases))],
+            "cases": _cases(footing, [_case(footing, k) for k in range(len(cases))]),
             "error": _error(footing),
             "stress_profile": _profile(footing, governing_solution(footing)),
         }
     )
+
+
+def _cases(body: ReportedBody, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Cases, and those of which there is no solution at all."""
+    return found + body.without_solution(found[0], None)
 
 
 def _plan(body: ReportedBody) -> dict[str, Any]:
@@ -213,7 +218,7 @@ def _structure(body: Structure) -> dict[str, Any]:
             "held": len(punch.compliance.fixed),
             "areas": punch.partition.areas,
             "centroids": punch.partition.centroids.T,
-            "cases": [_structure_case(body, k) for k in range(len(body.names))],
+            "cases": _cases(body, [_structure_case(body, k) for k in range(len(body.names))]),
             "stress_profile": _profile(body, body.standing.solution),
         }
     )
@@ -238,7 +243,7 @@ def _structure_case(body: Structure, k: int) -> dict[str, Any]:
         "message": solution.message,
         "load": dict(zip(("force", "mx", "my"), imposed_on(solution)[[0, 2, 1]], strict=True)),
         "force": solution.force,
-        "point": body.standings[k].acting_point,
+        "point": body.acting_points[:, k],
         "reactions": solution.vertical_reaction,
         "deflection": {"least": body.deflections[k, 0], "largest": body.deflections[k, 1]},
         "mean_settlement": body.mean_settlement[k],

@@ -53,6 +53,8 @@ class Details:
     columns : mapping of str to sequence of CaseRow
         What stands on structures, as `read_cases` has it with ``parts=True``, by their names,
         ``""`` of a single one: listed on the page.
+    unsolved : mapping of str to str
+        Cases of which there is no solution at all, by their names, and why: told and counted.
 
     Raises
     ------
@@ -75,6 +77,7 @@ class Details:
     accuracy: Mapping[str, Accuracy] = field(default_factory=dict)
     plates: Mapping[str, Plate] = field(default_factory=dict)
     columns: Mapping[str, Sequence[CaseRow]] = field(default_factory=dict)
+    unsolved: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("title", "project", "author", "mesh_name"):
@@ -85,7 +88,7 @@ class Details:
             checked_instance("date", date, datetime.date)
         if not isinstance(self.units, Units):
             object.__setattr__(self, "units", Units(self.units))
-        for of, kind in (("accuracy", Accuracy), ("plates", Plate)):
+        for of, kind in (("accuracy", Accuracy), ("plates", Plate), ("unsolved", str)):
             checked_instance(of, getattr(self, of), Mapping)
             for name, record in getattr(self, of).items():
                 checked_instance(f"{of}[{name!r}]", record, kind)
@@ -99,6 +102,7 @@ class Details:
             "accuracy": dict(self.accuracy),
             "plates": dict(self.plates),
             "columns": dict(self.columns),
+            "unsolved": dict(self.unsolved),
             "date": datetime.datetime.now().astimezone() if date is None else date,
             "allowable": self.allowable,
             "points": tuple(checked_pair(f"points[{i}]", x) for i, x in enumerate(points)),

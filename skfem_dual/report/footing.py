@@ -18,6 +18,7 @@ from ..solutions.cases_solution import CasesSolution, Extreme
 from ..solutions.punch_solution import PunchSolution
 from .details import Details
 from .numbers import LEVEL, Standing, distance_inside, reach
+from .page import DASH
 from .results import point_names, wanted_names
 
 
@@ -71,6 +72,20 @@ class UnderCases(ABC):
             return {}
         on, names = np.nonzero(points_on(self.plan, x))[0], wanted_names(x)
         return {names[i]: x[:, i] for i in on}
+
+    @abstractmethod
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each case, for programs, numbers in the units that went in."""
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The same, and a row for each case of which there is no solution at all."""
+        return self.table() + self.without_solution(self.table()[0], np.nan)
+
+    def without_solution(self, like: dict[str, Any], value: Any) -> list[dict[str, Any]]:
+        """What is told of cases without any, by the keys of another and a value for most."""
+        nothing = dict.fromkeys(like, value) | {"success": False}
+        told = self.details.unsolved.items()
+        return [nothing | {"name": name, "message": why} for name, why in told]
 
     @property
     def utilisation(self) -> ndarray:
@@ -258,6 +273,11 @@ class Footing(UnderCases):
         if polygon is None:
             return np.full(len(self.cases), np.nan)
         return reach(polygon, self.plan.centre, self.resultants)
+
+
+def unsolved_rows(body: UnderCases, head: Sequence[str]) -> list[tuple]:
+    """Rows of cases of which there is no solution at all, under some heads."""
+    return [(f"{name} (NO SOLUTION)", *[DASH] * (len(head) - 1)) for name in body.details.unsolved]
 
 
 def require_points_on(plans: Sequence[Footprint], points: ndarray) -> None:

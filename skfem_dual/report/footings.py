@@ -8,7 +8,7 @@ from ..contact.load import Share
 from ..messages import listed
 from ..solutions.cases_solution import COUPLE
 from ..units import Units
-from .footing import Footing
+from .footing import Footing, unsolved_rows
 from .input import edge_rule, extent_rows, mesh_figure
 from .numbers import Standing
 from .page import (
@@ -107,6 +107,7 @@ def results_section(footing: Footing) -> Html:
         )
         for k in range(len(cases))
     ]
+    rows += unsolved_rows(footing, head)
     return section(
         titled("Results", footing.name),
         table(rows, head, "", numeric=True),

@@ -16,7 +16,7 @@ from ..solutions.bearing import Circles, bearing_pressure
 from ..solutions.cases_solution import COUPLE, Extreme, extremes_of
 from ..solutions.elastic_solution import ElasticSolution
 from .depth import depth_section
-from .footing import UnderCases
+from .footing import UnderCases, unsolved_rows
 from .input import mesh_figure
 from .numbers import LoadedPlan
 from .page import (
@@ -238,6 +238,7 @@ def deflections_section(body: Structure) -> Html:
             strict=True,
         )
     ]
+    rows += unsolved_rows(body, head)
     return section(
         titled("Results", body.name),
         table(rows, head, "", numeric=True),
