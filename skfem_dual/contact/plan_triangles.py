@@ -9,7 +9,7 @@ are taken over it. No law is seen in cells that touch alone, or in rows and clus
 the edge runs around them, and their areas count.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import ndarray
@@ -20,6 +20,7 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.corners import quarters, signed_areas
 from ..grids.evening import evening
 from ..grids.lines import Segments
+from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly, computed_once
@@ -183,6 +184,7 @@ class PlanTriangles(ReadOnly):
         thin = _thin(self.partition, inside, held) & ~(even & held)
         if not even:
             thin |= self._on_steep(pressure, opening, inside, held)
+            fitted = self._with_gaps(fitted, inside, held)
         region = self._around(fitted, thin, inside)
         if not even:
             cut_off = self._cut_off(region, pressure) & ~thin
@@ -198,6 +200,20 @@ class PlanTriangles(ReadOnly):
         if self.own.any():
             return held[self.own]
         return np.bincount(self._of_triangles, held[self.t].any(axis=0), len(self.partition)) > 0
+
+    def _with_gaps(self, fitted: ContactRegion, inside: ndarray, held: ndarray) -> ContactRegion:
+        """With the edge drawn around cells that are open alone, or in clusters as thin, amid
+        contact, where no law is seen either: their areas do not count. Triangles, which have no
+        points of their own, keep what is fitted."""
+        if not self.own.any():
+            return fitted
+        spot, at_edge = self.partition.parts(~inside), np.zeros(len(inside), dtype=bool)
+        at_edge[spot[self.partition.f2c[0, edge_ribs(self.partition)]]] = True
+        gaps = _thin(self.partition, ~inside, ~held) & ~at_edge[spot]
+        if not gaps.any():
+            return fitted
+        around = self._around(replace(fitted, level=-fitted.level), gaps, ~inside)
+        return replace(fitted, level=readonly(-around.level))
 
     def _with_points(self, fitted: ContactRegion, inside: ndarray) -> ContactRegion:
         """With the points of cells in contact, where they have one each, on their side of the edge
