@@ -17,9 +17,11 @@ from skfem_dual import (
     LayeredHalfSpace,
     Paraboloid,
     Plan,
+    Plate,
     Punches,
     RigidPunch,
     RigidPunches,
+    column_load,
     load_path,
     solve_plan,
 )
@@ -150,6 +152,22 @@ def test_presses_over():
     assert presses_over(partition, out**4 * (out > 0.9))  # a strip along it
 
 
+def test_rough_contact_on_narrow_plans_of_triangles_is_no_strip():
+    """Rim triangles have no sides in common: each of them alone counted as a strip."""
+    mesh = MeshTri.init_tensor(np.linspace(0, 20, 31), np.linspace(0, 4 / 3, 3))
+    basis = CellBasis(mesh, ElementTriP0())
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        waves, phases = 3 * rng.normal(size=(40, 2)), 2 * np.pi * rng.random(40)
+
+        def gap(x, waves=waves, phases=phases):
+            return 2 + 0.05 * np.cos(np.tensordot(waves, x, 1) + phases[:, None]).sum(axis=0)
+
+        punch = RigidPunch(SOIL, basis, gap=gap, edge="constant")
+        found = punch.solve(1.0, tilt=(0.0, 0.0))
+        assert not presses_over(punch.partition, found.pressure)
+
+
 @pytest.mark.filterwarnings("ignore:contact on .* hardly anywhere wider")
 @pytest.mark.parametrize(("grid", "n"), [("dual", 600), ("dual", 300), ("triangles", 300)])
 def test_a_strip_along_the_edge(grid, n):
@@ -170,6 +188,23 @@ def test_contact_hardly_wider_than_a_cell_along_the_edge_is_told():
     punch = RigidPunch(HalfSpace(2.0, 0.0), cells(300), gap=lambda x: 0.01 * (1 - (x**2).sum(0)))
     with pytest.warns(ResolutionWarning, match="hardly anywhere wider than one"):
         punch.solve(0.009892)
+
+
+def test_narrow_contact_is_told_of_joined_and_elastic_bodies_too():
+    """Of one rigid punch alone it was."""
+    mesh = MeshTri.init_tensor(np.linspace(-1, 1, 11), np.linspace(-1, 1, 11))
+
+    def dish(x):
+        return 0.3 * (1 - np.abs(x).max(axis=0) ** 2)
+
+    halves = [mesh.restrict(lambda x, k=k: k * x[0] > 0) for k in (-1, 1)]
+    pads = [RigidPunch(SOIL, DualMesh.from_mesh(half).basis(), gap=dish) for half in halves]
+    stiff = Plate(1.0, 1e7, 0.2).on(SOIL, DualMesh.from_mesh(mesh).basis(), gap=dish)
+    f = column_load(stiff.structure, (0.0, 0.0), 0.3, sides=(0.2, 0.2))
+    with pytest.warns(ResolutionWarning, match=r"on 42 of 132 cells is hardly anywhere wider"):
+        RigidPunches(pads, joined=[(0, 1)]).solve([{"force": 0.3}])
+    with pytest.warns(ResolutionWarning, match=r"on 40 of 121 cells is hardly anywhere wider"):
+        stiff.solve(f)
 
 
 @pytest.mark.parametrize("slenderness", [60, 174, 400])

@@ -80,6 +80,12 @@ def test_sphere_and_cone_carry_their_load():
             assert approach == pytest.approx(np.pi * radius * np.tan(shape) / 2)
 
 
+@pytest.mark.parametrize("name", ["hertz", "cone"])
+def test_no_pressure_without_a_force(name):
+    with pytest.raises(ValueError, match="force above 0|positive force"):
+        getattr(exact, f"{name}_pressure")([[0.0, 1.0], [0.0, 0.0]], 0.0, 0.1, 1.0, 0.0)
+
+
 def test_far_from_a_circle_and_of_slender_ellipses():
     """A point force, and the logarithm of the aspect ratio, to all digits."""
     r = np.geomspace(1e3, 1e9, 7)

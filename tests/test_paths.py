@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from elastic_shapes import plate
 from plans import disc, rectangle
-from skfem import MeshTri
+from skfem import CellBasis, ElementQuad0, ElementTriP0, MeshQuad, MeshTri
 
 from skfem_dual import (
+    ConvergenceError,
     DualMesh,
     HalfSpace,
     Layer,
@@ -148,6 +149,20 @@ def test_bad_curves(options, message):
         moment_rotation(punch(disc(1)), 0.0)
     with pytest.raises(ValueError, match="origin of the punch inside"):
         moment_rotation(punch(disc(1), origin=(5.0, 0.0)), 1.0)
+
+
+def test_the_outermost_cells_are_no_limit_of_ground_that_pulls():
+    """The curve ran backwards from an origin beyond them, and cells in a row ended in Qhull's."""
+    mesh = MeshTri.init_tensor(np.linspace(-1, 1, 7), np.linspace(-1, 1, 7))
+    footing = RigidPunch(UNIT, CellBasis(mesh, ElementTriP0()), origin=(0.95, 0.0))
+    curve = moment_rotation(footing, 1.0, steps=3, unilateral=False)
+    assert curve.eccentricity[-1] == pytest.approx(0.97 * 0.05)
+    with pytest.raises(ValueError, match="origin of the punch inside where the pressures of its"):
+        moment_rotation(footing, 1.0, steps=3)
+    row = MeshQuad.init_tensor(np.linspace(0, 5, 6), np.linspace(0, 1, 2))
+    shaped = {"origin": (2.5, 0.5), "gap": lambda x: 0.01 * (x[0] - 2.5) ** 2}
+    with pytest.raises(ConvergenceError, match="cells in a row resist no tilt"):
+        moment_rotation(RigidPunch(UNIT, CellBasis(row, ElementQuad0()), **shaped), 1.0)
 
 
 @pytest.mark.filterwarnings("ignore:contact on")

@@ -6,6 +6,7 @@ from skfem import CellBasis, ElementQuad0, MeshQuad
 from skfem_dual import (
     DualMesh,
     HalfSpace,
+    Load,
     Paraboloid,
     RigidPunch,
     refine_to_contact,
@@ -79,5 +80,9 @@ def test_a_punch_elsewhere_is_refused():
 
 
 def test_a_start_is_refused():
+    mesh, load = disc(n=100), Load(force=0.5)  # what it leaves free is no key
+    assert len(refine_to_contact(sphere, mesh, load, 0, horizontal=(0.0, 0.0))) == 1
+    with pytest.raises(TypeError, match="expected force in the load or beside it, got it in both"):
+        refine_to_contact(sphere, mesh, load, 0, force=0.2)
     with pytest.raises(TypeError, match="no start: each solution starts from the one before"):
         refine_to_contact(sphere, disc(n=60), {"force": 0.1}, 1, start=None)

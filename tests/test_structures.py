@@ -30,7 +30,13 @@ from skfem.helpers import ddot, dot, grad, sym_grad
 from skfem.io.meshio import HEX_MAPPING
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from skfem_dual import DualMesh, ElasticPunch, bearing_pressure, vertical_profile
+from skfem_dual import (
+    DualMesh,
+    ElasticPunch,
+    RigidPunch,
+    bearing_pressure,
+    vertical_profile,
+)
 from skfem_dual.elements.point_values import vertex_values
 from skfem_dual.grids.fan import Fan
 from skfem_dual.grids.generate import annulus, rectangle
@@ -39,6 +45,7 @@ from skfem_dual.io import write_structure
 from skfem_dual.io.structures import KINDS
 from skfem_dual.report import figures, report_html, write_report
 from skfem_dual.report.numbers import LoadedPlan
+from skfem_dual.solutions.displaced import gap_at
 from skfem_dual.visuals.matplotlib import isobars
 from skfem_dual.visuals.pyvista import deformed
 from skfem_dual.visuals.relief import Relief
@@ -331,6 +338,16 @@ def test_a_gap_lifts_the_structure_off_the_ground(raft, tmp_path, given):
     above = down - solution.ground_displacement(x[:2])
     assert above.max() < 0.05 * np.ptp(down)
     assert -above.min() == pytest.approx(solution.gap.max(), rel=0.3)
+
+
+def test_a_gap_given_as_values_of_long_cells():
+    """The nearest middles of long cells lie in a row: slopes across it were lost."""
+    mesh = MeshQuad.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 25))
+    cells = CellBasis(mesh, ElementQuad0())
+    middles = mesh.p[:, mesh.t].mean(axis=1)
+    punch = RigidPunch(SOIL, cells, gap=0.3 * middles[0] + 0.2 * middles[1] + 1)
+    expected = 0.3 * mesh.p[0] + 0.2 * mesh.p[1] + 1
+    assert gap_at(punch, mesh.p) == pytest.approx(expected, abs=1e-12)
 
 
 def test_relief_of_a_solid(cube):

@@ -75,5 +75,5 @@ def require_balanced(
 
 def rough_of(punch: RigidPunch, contact: Contact) -> list[str]:
     """Warnings of contact under a rigid one of them, as of `RigidPunches`."""
-    thin = narrow(punch.partition, contact.touching, not punch.initial_gap.any())
+    thin = narrow([(punch.partition, contact.touching)], not punch.initial_gap.any())
     return [message for message in (contact.rough, thin) if message]

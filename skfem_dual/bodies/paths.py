@@ -20,6 +20,7 @@ from ..arguments import (
 )
 from ..contact.load import Load, load_of
 from ..contact.unilateral import How
+from ..errors import ConvergenceError
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly
 from ..messages import shown
@@ -265,7 +266,8 @@ def moment_rotation(
     Raises
     ------
     ValueError
-        If force or direction are zero, there are less than 2 steps, or the origin is outside.
+        If force or direction are zero, there are less than 2 steps, or the origin is outside, or
+        farther out than the outermost cells act.
     TypeError
         If an argument is of another kind.
     ConvergenceError
@@ -291,14 +293,28 @@ def moment_rotation(
             kern = ConvexHull(punch.kern().T).equations
             outside = kern[:, 2].max() > 1e-9 * overturning
             lift_off = 0.0 if outside else max(_reach(kern, along), 0.0)
-    # the pressure acts inside the outermost cells
-    acting = (punch.acting - np.array(punch.origin)[:, None]).T
-    outermost = min(0.97 * overturning, 0.999 * _reach(ConvexHull(acting).equations, along))
+    outermost = 0.97 * overturning
+    if options.get("unilateral", True):
+        outermost = min(outermost, 0.999 * _reach_of_cells(punch, along))
+        if outermost <= 0:
+            raise ValueError(
+                "expected the origin of the punch inside where the pressures of its outermost "
+                "cells act, got one beyond. Remedy: smaller cells at the edge"
+            )
     eccentricity = outermost * (1 - (1 - np.linspace(0, 1, steps)) ** 2)
     loads = [{"force": force, "at": tuple(e * along)} for e in eccentricity.tolist()]
     path = load_path(punch, loads, **options)
     given = readonly(along), readonly(eccentricity)
     return MomentRotation(path.solutions, *given, lift_off, overturning)
+
+
+def _reach_of_cells(punch: RigidPunch, along: ndarray) -> float:
+    """How far from the origin pressures that do not pull may act in a direction."""
+    normals, offsets = punch.footprint.hulls[0].sides
+    if not len(normals):
+        raise ConvergenceError("cells in a row resist no tilt. Remedy: more of them side by side")
+    offsets = offsets + normals @ (np.array(punch.origin) - punch.centre)
+    return _reach(np.column_stack([normals, offsets]), along)
 
 
 def _reach(half_planes: ndarray, along: ndarray) -> float:

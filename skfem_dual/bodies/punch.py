@@ -17,8 +17,7 @@ from ..contact.load import Constraints, Load, between_waves, load_of, require_co
 from ..contact.motions import require_carried
 from ..contact.parts import Part
 from ..contact.problem import Contact
-from ..contact.sectors import Sectors, gaps_in
-from ..contact.shapes import Gap
+from ..contact.shapes import Gap, gaps_beside
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist
@@ -365,8 +364,8 @@ class RigidPunch(Movable, RigidBodies):
         return bool(known) and resist(self.collocation_points, contact.touching)
 
     @property
-    def _shape(self) -> Callable[[Sectors], ndarray | None] | None:
-        return None if self.gap is None else partial(gaps_in, self.gap)
+    def _shape(self) -> Callable[[ndarray], ndarray | None] | None:
+        return None if self.gap is None else partial(gaps_beside, self.gap)
 
     def answers(
         self,

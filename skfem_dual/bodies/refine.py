@@ -67,9 +67,11 @@ def refine_to_contact(
     if not callable(make) or isinstance(make, type):
         raise TypeError(f"expected a function of a mesh for make, got {shown(make)}")
     check_type(mesh)
-    load = asdict(load) if isinstance(load, Load) else load
+    if isinstance(load, Load):  # what it leaves free may stand in the options
+        load = {key: value for key, value in asdict(load).items() if value is not None}
     for key in checked_instance("load", load, Mapping):
-        checked_text("a key of load", key)
+        if checked_text("a key of load", key) in options:
+            raise TypeError(f"expected {key} in the load or beside it, got it in both")
     if "start" in {**load, **options}:
         raise TypeError("expected no start: each solution starts from the one before")
     refinements = checked_integer("refinements", refinements, at_least=0, at_most=MOST)

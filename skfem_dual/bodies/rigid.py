@@ -18,7 +18,6 @@ from ..contact.methods import find_contact
 from ..contact.one_sign import solved
 from ..contact.parts import Part, by_bodies, flattened_system
 from ..contact.problem import Contact, rough_under, warn_of
-from ..contact.sectors import Sectors
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How
 from ..contact.verify import Verification
@@ -85,11 +84,11 @@ class RigidBodies(FromFields, ABC):
     def rough(self, contact: Contact) -> list[str]:
         """Warnings of contact on few cells, or hardly wider than one."""
         found = rough_under(contact, self.cells_of_bodies)
-        joined = np.bincount([part.body for part in self.parts]) > 1
-        for part, own in zip(self.parts, self.slices, strict=True):
-            if not joined[part.body]:
-                even = not self.system.gap[own].any()
-                found.append(narrow(part.footprint.partition, contact.touching[own], even))
+        parts = list(zip(self.parts, self.slices, strict=True))
+        for body in range(len(self.cells_of_bodies)):
+            own = [(part.footprint.partition, cells) for part, cells in parts if part.body == body]
+            even = not any(self.system.gap[cells].any() for _, cells in own)
+            found.append(narrow([(one, contact.touching[cells]) for one, cells in own], even))
         return [message + self._refined_by for message in found if message]
 
     @computed_once
@@ -129,7 +128,7 @@ class RigidBodies(FromFields, ABC):
         """What the loads impose; a ValueError where no pressures can balance them."""
 
     @property
-    def _shape(self) -> Callable[[Sectors], ndarray | None] | None:
+    def _shape(self) -> Callable[[ndarray], ndarray | None] | None:
         """See `Work.shape`."""
         return None
 

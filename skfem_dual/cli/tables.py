@@ -40,7 +40,7 @@ def solution_table(
         rows |= {
             "Settlement W0": _read(solution.settlement, units.displacement),
             "Tilt (Lx, Ly)": _pair(solution.tilt * units.slope.factor, units.slope),
-            "Force, acting at": f"{_read(solution.force * solution.acts, units.force)}, {where}",
+            "Force, acting at": f"{_read(solution.acting_force, units.force)}, {where}",
             **_sliding(solution, units),
             "Contact area": _read(solution.contact_area, units.area),
             "Pressure mean": _read(solution.mean_pressure, units.pressure),

@@ -59,23 +59,34 @@ def inner_share(partition: Partition, inside: ndarray, others: ndarray | None = 
     return float(inner.sum() / max(inside.sum(), 1))
 
 
-def _rim(partition: Partition, ribs: ndarray | None = None) -> ndarray:
-    """Cells on the edge of a plan, or on some ribs of it, (n,) array of bool."""
+def _rim(partition: Partition, ribs: ndarray) -> ndarray:
+    """Cells on some ribs of the edge of a plan, (n,) array of bool."""
     rim = np.zeros(len(partition), dtype=bool)
-    rim[partition.f2c[0, edge_ribs(partition) if ribs is None else ribs]] = True
+    rim[partition.f2c[0, ribs]] = True
     return rim
 
 
-def narrow(partition: Partition, touching: ndarray, even: bool) -> str:
-    """A warning if a punch touches along lines of cells hardly wider than one: an ``even`` one as
+def _ending(partition: Partition, inside: ndarray, ribs: ndarray) -> ndarray:
+    """Cells on some ribs of the edge of a plan, next to which along it some are not in contact."""
+    ends, cell = partition.facets[:, ribs], partition.f2c[0, ribs]
+    out = np.zeros(partition.polygons.p.shape[1], dtype=bool)
+    out[ends[:, ~inside[cell]]] = True
+    return np.asarray(cell[out[ends].any(axis=0)])
+
+
+def narrow(parts: Sequence[tuple[Partition, ndarray]], even: bool) -> str:
+    """A warning if a body touches along lines of cells hardly wider than one: an ``even`` one as
     on a stiff crust that bends away from it inside, another along the edge of its plan. Contact
-    may be far narrower than they are."""
-    if touching.all() or touching.sum() < DOZEN or inner_share(partition, touching) > NARROW:
+    may be far narrower than they are. ``parts`` are its cells and which of them touch."""
+    total, count = sum(len(own) for _, own in parts), sum(int(own.sum()) for _, own in parts)
+    inner = sum(inner_share(cells, own) * own.sum() for cells, own in parts)
+    if count in (0, total) or count < DOZEN or inner > NARROW * count:
         return ""
-    if not even and touching[_rim(partition)].sum() < ALONG * touching.sum():  # it is rough
+    rim = sum(int(own[_rim(cells, edge_ribs(cells))].sum()) for cells, own in parts)
+    if not even and rim < ALONG * count:  # it is rough
         return ""
     return (
-        f"contact on {touching.sum()} of {len(touching)} cells is hardly anywhere wider than one: "
+        f"contact on {count} of {total} cells is hardly anywhere wider than one: "
         "its area, which may be many times too large, and the position are rough. Remedy: smaller "
         "cells along the edge"
     )
@@ -89,13 +100,13 @@ def presses_over(partition: Partition, pressure: ndarray, ribs: ndarray | None =
     thin, they grow by chance. A strip of contact along the edge is none of these.
     """
     areas, inside = partition.areas, pressure > 0
+    ribs = edge_ribs(partition) if ribs is None else ribs
     rim = _rim(partition, ribs)
     beside = np.zeros(len(areas), dtype=bool)
     beside[partition.across(rim)] = True
     beside &= ~rim
     along = rim & inside & ((inside & (rim | beside)).sum() >= ALONG * inside.sum())
-    sides = partition.across(inside)
-    along[sides[:, rim[sides].all(axis=0)]] = False  # contact is on one side only
+    along[_ending(partition, inside, ribs)] = False
     if inner_share(partition, inside, along) < INNER:
         return False
     force = pressure * areas

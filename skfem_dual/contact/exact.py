@@ -348,6 +348,7 @@ def cone_pressure(
     TypeError, ValueError
         If something is no number, or out of its range.
     """
+    force = checked_number("force", force, above=0)
     x, a = _places(x), cone_radius(force, angle, young, poisson)
     r = np.sqrt(np.sum(x**2, axis=0))
     with np.errstate(divide="ignore"):

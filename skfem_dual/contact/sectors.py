@@ -1,6 +1,5 @@
 """Parts of cells in each of which the ground is looked at once, by the load that they carry."""
 
-from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +7,6 @@ from numpy import ndarray
 
 from ..elements.edge_weights import EdgeWeights
 from ..elements.load_matrix import points_in_pieces
-from .shapes import Gap, gap_values
 
 #: cells over which the weight varies by less than this factor have no sectors; in no cell of a
 #: regular mesh is it just that
@@ -56,14 +54,6 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
         cell = np.concatenate([cell, np.tile(inner, 3)])
         total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
     return Sectors(np.ascontiguousarray(x), cell, total)
-
-
-def gaps_in(gap: Gap, some: Sectors) -> ndarray | None:
-    """Gaps of a shape in some sectors; None if it is known in collocation points only."""
-    if isinstance(gap, tuple) or callable(gap):
-        with suppress(ValueError):
-            return gap_values(gap, some.x)
-    return None
 
 
 def gathered(x: ndarray, load: ndarray, cell: ndarray, part: ndarray) -> tuple[Sectors, ndarray]:

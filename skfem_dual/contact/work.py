@@ -60,14 +60,14 @@ class Work:
     system : ContactSystem
         Their equations, three components of the position for each body.
     shape : callable, optional
-        Gives the gap of the unloaded body in `Sectors`, None if that is not known; None of flat
-        ones.
+        Gives the gap of the unloaded body at points (2, m), None if that is not known; None of
+        flat ones.
     """
 
     parts: tuple[Part, ...]
     cells: LoadedCells
     system: ContactSystem
-    shape: Callable[[Sectors], ndarray | None] | None = None
+    shape: Callable[[ndarray], ndarray | None] | None = None
 
     @computed_once
     def sectors(self) -> Sectors:
@@ -237,7 +237,8 @@ class Work:
     @computed_once
     def gaps(self) -> ndarray | None:
         """Gap of the unloaded body in the sectors, (nsectors,); None if it is not known."""
-        return np.zeros(len(self.sectors.cell)) if self.shape is None else self.shape(self.sectors)
+        x = self.sectors.x
+        return np.zeros(x.shape[1]) if self.shape is None else self.shape(x)
 
     @computed_once
     def _in_full_contact(self) -> tuple[ndarray, ndarray]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from ..errors import ConvergenceError, MeshError, warnings_kept
 from ..grids.cellwise import CellwiseBasis
@@ -168,7 +168,7 @@ class LoadedPlan:
     @property
     def force(self) -> float:
         """Resultant of the pressures, without rounding errors where moments leave none."""
-        return self.solution.force if self.solution.acts else 0.0
+        return self.solution.acting_force
 
     @cached_property
     def acting_point(self) -> ndarray | None:
@@ -249,8 +249,6 @@ class Standing(LoadedPlan):
             return punch.kern() + self.origin[:, None], ""
         except ConvergenceError as error:
             return None, str(error)
-        except QhullError:
-            return None, "so few cells resist no tilt"
 
     @property
     def kern(self) -> ndarray | None:

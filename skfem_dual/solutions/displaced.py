@@ -1,6 +1,5 @@
 """A structure and its displacements in space, for files and pictures."""
 
-import contextlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +8,10 @@ from numpy import ndarray
 from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
 from ..contact.planes import PlaneFit
-from ..contact.shapes import gap_values
+from ..contact.shapes import gaps_beside
 from ..elements.point_values import vertex_values
 from ..elements.shape_functions import place_worked_on
+from ..grids.evening import evening
 from ..kernels.compiled import inputs
 from .elastic_solution import ElasticSolution
 
@@ -102,10 +102,9 @@ def gap_at(punch: Any, x: ndarray) -> ndarray:
     Where the shape is given as values of cells, or is not defined at all of the points, it is that
     of planes through the cells around.
     """
-    gap = punch.gap
-    if gap is None:
+    if punch.gap is None:
         return np.zeros(x.shape[1])
-    if callable(gap) or isinstance(gap, tuple):
-        with contextlib.suppress(ValueError):
-            return gap_values(gap, x)
-    return PlaneFit.to_nearest(punch.collocation_points, x).values(punch.initial_gap)
+    if (gap := gaps_beside(punch.gap, x)) is not None:
+        return gap
+    even = evening(punch.partition.polygons)
+    return PlaneFit.to_nearest(punch.collocation_points, x, even).values(punch.initial_gap)

@@ -322,7 +322,7 @@ class CellPressures(Resultant):
             "Grid": self.footprint.description,
             "Substrate": str(self.footprint.substrate),
             **self._position_rows(),
-            "Force, acting at": f"{self.force if self.acts else 0.0:.6g}, {where}",
+            "Force, acting at": f"{self.acting_force:.6g}, {where}",
             "Contact area": f"{self.contact_area:.6g}",
             "Pressure mean": f"{self.mean_pressure:.6g}",
             "Pressure of cells": f"{p.min():.6g} to {p.max():.6g}",

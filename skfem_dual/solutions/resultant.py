@@ -34,6 +34,11 @@ class Resultant(ReadOnly):
         return abs(self.force) > self._least
 
     @property
+    def acting_force(self) -> float:
+        """The force, zero where it is rounding."""
+        return self.force if self.acts else 0.0
+
+    @property
     def centre_of_pressure(self) -> ndarray:
         """Point through which the resultant acts, from the origin; NaN without a force that is
         more than rounding of the pressures."""
