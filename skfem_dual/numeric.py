@@ -85,7 +85,7 @@ def _unlike(value: Any, array: ndarray) -> str:
     """What came instead of numbers; of lists the first item that is none."""
     if array.dtype.kind == "O" and array.ndim:
         for i, item in enumerate(array.ravel()):
-            if not isinstance(item, (int, float)) or isinstance(item, bool):
+            if not isinstance(item, (int, float, np.number)) or isinstance(item, bool):
                 return f"{shown(item)} at {place_of(np.unravel_index(i, array.shape), '')}"
             if isinstance(item, int) and item.bit_length() > 63:
                 return f"{shown(item)} at {place_of(np.unravel_index(i, array.shape), '')}"

@@ -180,6 +180,8 @@ def test_what_is_no_array_of_numbers_is_refused_by_name(value):
 def test_arrays_name_the_first_place():
     with pytest.raises(TypeError, match="got None at index 1, 0"):
         checked_array("x", [[0, 1], [None, "a"]], (2, 2))
+    with pytest.raises(TypeError, match="got None at index 1"):
+        checked_array("x", [np.int64(1), None], ("n",))
     with pytest.raises(TypeError, match="got an integer of 400 digits at index 1"):
         checked_array("x", [0, 10**400 - 1], ("n",))
     bad = GRID.copy()

@@ -216,3 +216,25 @@ def test_states_do_not_grow_while_they_are_pickled(dual):
     state = basis.__getstate__()
     _ = basis.dofs
     assert len(state) < len(basis.__getstate__())
+
+
+@pytest.mark.parametrize(
+    "elements",
+    [
+        {0, 1},
+        [lambda x: x[0] < 0.5],
+        (lambda x: x[0] < 0.5, [0, 1]),
+        [np.array([0, 1]), {3}],
+        [[0, 1], [2]],
+    ],
+)
+def test_parts_of_elements_as_scikit_fem_takes_them(elements):
+    dual = DualMesh.from_mesh(MeshTri().refined(2))
+    plain = CellBasis(dual.refinement, ElementTriP0(), elements=elements)
+    assert np.array_equal(dual.basis().with_elements(elements).tind, plain.tind)
+
+
+@pytest.mark.parametrize("elements", ["a", ["a"], [["a"]]])
+def test_parts_of_elements_that_are_none(elements):
+    with pytest.raises(ValueError, match=r"expected tags among \[\] for elements, got 'a'"):
+        DualMesh.from_mesh(MeshTri().refined(1)).basis().with_elements(elements)

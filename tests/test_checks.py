@@ -507,3 +507,10 @@ def test_places_covered_twice_by_contours(contours, twice):
 def test_quadrilaterals_have_a_remedy():
     with pytest.raises(TypeError, match=r"got MeshQuad1\. Remedy: mesh\.to_meshtri\(\), or"):
         DualMesh.from_mesh(MeshQuad())
+
+
+def test_tags_of_nothing_are_tags():
+    """An empty list is an array of floats, which was refused."""
+    mesh = MeshTri().refined(2).with_subdomains({"a": []})
+    assert check_mesh(mesh).ok
+    assert DualMesh.from_mesh(mesh).mesh.subdomains["a"].dtype.kind == "i"

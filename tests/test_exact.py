@@ -82,7 +82,7 @@ def test_sphere_and_cone_carry_their_load():
 
 @pytest.mark.parametrize("name", ["hertz", "cone"])
 def test_no_pressure_without_a_force(name):
-    with pytest.raises(ValueError, match="force above 0|positive force"):
+    with pytest.raises(ValueError, match=r"force above 0|positive force"):
         getattr(exact, f"{name}_pressure")([[0.0, 1.0], [0.0, 0.0]], 0.0, 0.1, 1.0, 0.0)
 
 

@@ -192,3 +192,31 @@ def test_grids_of_rounded_coordinates_are_grids(size, at, off):
     places += off * np.random.default_rng(0).integers(0, 2, places.shape)
     shape = MeasuredProfile(places, (x * y).ravel(), in_middles=True)
     assert shape(size * X + at) == pytest.approx(X[0] * X[1], abs=10 * off / size)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1.5;2;3;\n4;5;6;\n",
+        "1,5;2;3;\n4;5;6;\n",
+        "1.5\t2\t3\t\n4\t5\t6\t\n",
+        "1.5,2,3,,\n4,5,6,,\n",
+    ],
+)
+def test_lines_that_end_with_a_mark(tmp_path, text):
+    """As instruments write them: a column of nothing was no number."""
+    path = tmp_path / "h.csv"
+    path.write_text(text)
+    profile = MeasuredProfile.read(path, spacing=(1.0, 1.0))
+    plain = MeasuredProfile.from_heights(np.array([[1.5, 2, 3], [4, 5, 6]]), spacing=(1.0, 1.0))
+    x = np.array([[0.5, 1.5, 1.0], [0.5, 1.5, 1.2]])
+    assert profile(x) == pytest.approx(plain(x))
+
+
+def test_the_typographic_minus_of_heights(tmp_path):
+    path = tmp_path / "h.csv"
+    path.write_text("\N{MINUS SIGN}1.5,2\n4,5\n")
+    profile = MeasuredProfile.read(path, spacing=(1.0, 1.0))
+    plain = MeasuredProfile.from_heights(np.array([[-1.5, 2.0], [4.0, 5.0]]), spacing=(1.0, 1.0))
+    x = np.array([[0.6], [0.9]])
+    assert profile(x) == pytest.approx(plain(x))

@@ -85,10 +85,14 @@ def areas(p, t):
     return (a[0] * b[1] - a[1] * b[0]) / 2
 
 
+@pytest.mark.parametrize("beyond", [0.01, 0.05, 0.5])
 @pytest.mark.parametrize("mesh", [MeshTri.init_lshaped().refined(2), annulus(0.5, n=150)])
-def test_surroundings_fill_what_the_plan_leaves(mesh):
+def test_surroundings_fill_what_the_plan_leaves(mesh, beyond):
+    """Of narrow ones a part was missing, or all."""
     dual = DualMesh.from_mesh(mesh)
-    p, t = surroundings(dual.basis().partition, Fan.from_basis(dual.basis()), 0.5)
+    p, t = surroundings(dual.basis().partition, Fan.from_basis(dual.basis()), beyond)
+    extent = np.ptp(mesh.p, axis=1)
+    assert np.ptp(p, axis=1) == pytest.approx(extent + 2 * beyond * extent.max())
     whole = np.prod(np.ptp(p, axis=1))
     assert (areas(p, t) > 0).all()
     assert areas(p, t).sum() + dual.areas.sum() == pytest.approx(whole, rel=1e-12)

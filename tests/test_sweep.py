@@ -781,6 +781,30 @@ def scaled(factor):
 @pytest.mark.parametrize(
     ("a", "b"),
     [
+        ({"a": 1.0}.get, {"a": 2.0}.get),
+        (partial(map, {"a": 1.0}.get), partial(map, {"a": 2.0}.get)),
+        ("{a} {b}".format, "{a}".format),
+        (np.arange(3).item, np.arange(4).item),
+    ],
+)
+def test_methods_of_other_data_are_other_contents(a, b):
+    """Those of builtin types were told by their names, and found each other's results."""
+    assert fingerprint(a) != fingerprint(b)
+    assert fingerprint(np.sin) == fingerprint(np.sin)
+    assert fingerprint(len) == fingerprint(len)
+
+
+def test_an_executor_that_is_shut_down():
+    executor = ThreadPoolExecutor(1)
+    executor.shutdown()
+    with pytest.warns(ConvergenceWarning, match="2 of 2 cases failed.*or were shut down"):
+        found = sweep(square, [1.0, 2.0], executor)
+    assert not found.success
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
         (dict(a=1, b=2), dict(b=2, a=1)),
         ({"one", "two", "three"}, {"three", "two", "one"}),
         (np.float64(0.1), 0.1),

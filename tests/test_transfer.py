@@ -24,8 +24,10 @@ from skfem import (
     MeshHex,
     MeshLine,
     MeshQuad,
+    MeshQuad1DG,
     MeshQuad2,
     MeshTri,
+    MeshTri1DG,
     MeshTri2,
 )
 
@@ -323,6 +325,31 @@ def test_fields_on_some_elements_in_files(tmp_path, whole):
     assert np.array_equal(written, np.sort(basis.mesh.t[:, left], axis=0))
     if not isinstance(basis.elem, ElementTriP1):
         assert np.array_equal(found.cell_data["p"][0], values[basis.element_dofs[0]])
+
+
+@pytest.mark.parametrize("kind", [MeshTri1DG, MeshQuad1DG])
+def test_fields_on_meshes_with_vertices_apart_in_files(tmp_path, kind):
+    """They were written onto other places, as numbers of vertices are not those of places."""
+    plain = MeshTri().refined(2) if kind is MeshTri1DG else MeshQuad().refined(2)
+    mesh = kind.from_mesh(plain)
+    constant = ElementTriP0() if kind is MeshTri1DG else ElementQuad0()
+    linear = ElementTriP1() if kind is MeshTri1DG else ElementQuad1()
+    for basis in (CellBasis(mesh, constant), CellBasis(mesh, linear)):
+        values = basis.project(lambda x: 1 + x[0] + 2 * x[1])
+        write_field(tmp_path / "f.vtu", basis, values)
+        found = meshio.read(tmp_path / "f.vtu")
+        p, (cells,) = found.points[:, :2].T, [block.data for block in found.cells]
+        x, y = p[:, cells]
+        areas = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+        assert areas == pytest.approx(1 / plain.nelements)
+        if plain.nelements == basis.N:
+            at, told = p[:, cells].mean(axis=2), found.cell_data["pressure"][0]
+        else:
+            at, told = p, found.point_data["pressure"]
+        assert told == pytest.approx(1 + at[0] + 2 * at[1])
+    higher = CellBasis(mesh, ElementTriP2() if kind is MeshTri1DG else ElementQuad2())
+    with pytest.raises(TypeError, match=f"on a {kind.__name__}, got Element"):
+        write_field(tmp_path / "f.vtu", higher, np.zeros(higher.N))
 
 
 def test_curved_elements_are_refused():

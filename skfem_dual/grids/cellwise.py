@@ -228,13 +228,18 @@ def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | 
     """Refuse what scikit-fem does not take for a subset of elements or facets."""
     if value is None or (callable(value) and not isinstance(value, type)):
         return
-    known = sorted(tags or {})
-    names = [value] if isinstance(value, str) else value
-    if isinstance(names, (list, tuple, set)) and any(isinstance(part, str) for part in names):
-        for part in names:
-            if not isinstance(part, str) or part not in known:
-                raise ValueError(f"expected tags among {known} for {name}, got {shown(part)}")
+    if isinstance(value, str):
+        if value not in (tags or {}):
+            known = sorted(tags or {})
+            raise ValueError(f"expected tags among {known} for {name}, got {shown(value)}")
         return
+    kinds = str, list, tuple, set, ndarray
+    if isinstance(value, (list, tuple, set)):
+        value = list(value)
+        if any(isinstance(part, kinds) or callable(part) for part in value):
+            for part in value:
+                checked_subset(name, part, size, tags)
+            return
     if isinstance(value, ndarray) and value.dtype == bool:
         checked_mask(name, value, (size,))
         return

@@ -57,7 +57,8 @@ def check_mesh(mesh: MeshTri) -> MeshReport:
     TypeError
         If ``mesh`` is not a MeshTri.
     MeshError
-        If it is curved or discontinuous.
+        If it is curved or discontinuous, an array of it has another shape, or a tag is no array of
+        integers.
 
     Examples
     --------
@@ -273,6 +274,8 @@ def _tag_conditions(mesh: MeshTri) -> Iterator[Condition]:
     ):
         for name, tag in user_tags(tags).items():
             index = np.asarray(tag)
+            if index.size == 0:  # an empty list is an array of floats
+                continue
             if not np.issubdtype(index.dtype, np.integer):
                 raise MeshError(
                     f"expected integer {entity} indices in {kind} {name!r}, got {index.dtype}"

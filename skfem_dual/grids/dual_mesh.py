@@ -298,7 +298,11 @@ class DualMesh(ReadOnly):
 
 
 def _own_tags(tags: dict[str, ndarray] | None) -> dict[str, ndarray] | None:
-    return {name: np.array(tag, subok=True) for name, tag in user_tags(tags).items()} or None
+    nothing = np.empty(0, dtype=np.int32)  # an empty list is an array of floats
+    own = user_tags(tags).items()
+    return {
+        name: np.array(tag, subok=True) if np.size(tag) else nothing for name, tag in own
+    } or None
 
 
 def _dual_partition(corners: Corners) -> Partition:

@@ -16,6 +16,8 @@ ACROSS = 24
 ROWS = 4
 #: parts of a plan beyond which triangles are larger, for their number to stay small
 CROWD = 12
+#: least size of triangles over the extent of the plan
+LEAST = 1e-3
 
 
 def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray, ndarray]:
@@ -45,6 +47,10 @@ def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray
     low, high = low - beyond * size, high + beyond * size
     least, parts = _least_extent(partition)
     finest = max(least / ACROSS, np.hypot(*(b - a)).max()) * max(1.0, (parts / CROWD) ** 0.5)
+    margin = max(beyond, LEAST) * size
+    if margin < finest:  # a narrow one takes triangles as small, and ribs cut in pieces
+        finest = margin
+        edge = np.hstack([edge, _between(a, b, finest)])
     levels = int(np.ceil(np.log2(max(size / (ACROSS * finest), 1.0))))
     # grids of twice the width of the one before where the edge is so many of these away
     points, inner = [], 0.55 * finest
@@ -63,6 +69,15 @@ def surroundings(partition: Partition, fan: Fan, beyond: float) -> tuple[ndarray
     turn = 2 * signed_areas(p, t)
     full = np.abs(turn) > 1e-9 * finest**2
     return p, np.where(turn > 0, t, t[[0, 2, 1]])[:, full]
+
+
+def _between(a: ndarray, b: ndarray, size: float) -> ndarray:
+    """Points that cut segments from a to b, (2, n), in pieces up to a size, (2, m)."""
+    pieces = np.ceil(np.hypot(*(b - a)) / size).astype(int)
+    own = np.repeat(np.arange(len(pieces)), pieces - 1)
+    first = np.cumsum(pieces - 1) - (pieces - 1)
+    share = (np.arange(len(own)) - first[own] + 1) / pieces[own]
+    return a[:, own] + share * (b - a)[:, own]
 
 
 def _least_extent(partition: Partition) -> tuple[float, int]:

@@ -12,7 +12,11 @@ from skfem import (
     ElementTriP1,
     ElementTriP2,
     Mesh,
+    MeshQuad,
+    MeshQuad1DG,
     MeshQuad2,
+    MeshTri,
+    MeshTri1DG,
     MeshTri2,
 )
 
@@ -73,6 +77,8 @@ def write_field(
     curved = _is_curved(basis.mesh)
     if curved:
         basis, values = _on_curves(basis, values)
+    if isinstance(basis.mesh, (MeshTri1DG, MeshQuad1DG)):
+        basis, values = _with_vertices_apart(basis, values)
     kind = SIDES[len(basis.mesh.t)]
     p, cells, at_points = basis.mesh.p, basis.mesh.t, True
     if curved and isinstance(basis.elem, ElementTriP0):
@@ -97,6 +103,25 @@ def write_field(
         cell_data={} if at_points else {written: [values]},
     )
     write_whole(path, lambda part: meshio.write(part, mesh, file_format="vtu"))
+
+
+def _with_vertices_apart(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
+    """The same field where elements have vertices of their own, as on discontinuous and periodic
+    meshes, of which the numbers in ``t`` are not those of places."""
+    elem, given = basis.elem, basis.mesh
+    if not isinstance(elem, (ElementTriP0, ElementQuad0, ElementTriP1, ElementQuad1)):
+        raise TypeError(
+            f"expected constants, ElementTriP1 or ElementQuad1 on a {type(given).__name__}, got "
+            f"{type(elem).__name__}. Remedy: transfer the field to one of them"
+        )
+    cells = given.dofs.element_dofs
+    kind = MeshTri if len(cells) == 3 else MeshQuad
+    mesh = kind(given.doflocs, cells, sort_t=False)
+    apart, own = CellBasis(mesh, elem, elements=basis.tind), np.zeros(given.doflocs.shape[1])
+    if isinstance(elem, (ElementTriP0, ElementQuad0)):
+        own = np.zeros(apart.N)
+    own[apart.element_dofs] = values[basis.element_dofs]
+    return apart, own
 
 
 def _is_curved(mesh: Mesh) -> bool:

@@ -97,7 +97,7 @@ def _text(file: Any) -> tuple[ndarray, list[Heading]]:
     """Numbers of a text, in columns, and their headings if a first line of words has some, or the
     last one with # before the numbers names x and y, or tells one length with its unit; what else
     begins with # is skipped."""
-    text = text_of(file)
+    text = text_of(file).replace("\N{MINUS SIGN}", "-")
     try:
         filled = {k: line for k, line in enumerate(text.splitlines(), 1) if line.strip()}
         lines = {k: line for k, line in filled.items() if line.lstrip()[0] != "#"}
@@ -115,11 +115,12 @@ def _text(file: Any) -> tuple[ndarray, list[Heading]]:
             heads = told if (fits and _names_places(told)) or _tells_length(told) else []
         if not lines:
             raise ValueError("there are none")
+        if separator is not None:
+            lines = _without_ends(lines, separator)
         if separator in (";", "\t") and any("," in line for line in lines.values()):
             rows = [(f"line {k}", cells_of(line, separator)) for k, line in lines.items()]
             make_numbers(rows, range(max(len(cells) for _, cells in rows)), separator)
-            joined = [separator.join(cells) for _, cells in rows]
-            return np.loadtxt(joined, delimiter=separator, ndmin=2), heads
+            lines = {k: separator.join(cells) for k, (_, cells) in zip(lines, rows, strict=True)}
         try:
             return np.loadtxt(list(lines.values()), delimiter=separator, ndmin=2), heads
         except ValueError:
@@ -131,6 +132,14 @@ def _text(file: Any) -> tuple[ndarray, list[Heading]]:
             f"expected numbers in columns in {file}: {one_line(why, 160).rstrip('.')}. Remedy: "
             + (remedy or REMEDY)
         ) from error
+
+
+def _without_ends(lines: dict[int, str], separator: str) -> dict[int, str]:
+    """Without the marks that all lines end with, as instruments write them."""
+    parted = {k: line.rsplit(separator, 1) for k, line in lines.items()}
+    if not all(len(parts) == 2 and not parts[1].strip() for parts in parted.values()):
+        return lines
+    return _without_ends({k: parts[0] for k, parts in parted.items()}, separator)
 
 
 def _arranged(

@@ -174,7 +174,8 @@ def make_numbers(
     """Turn cells of rows, each with where it is, into what `float` reads, in place.
 
     Nothing remains between thousands; with delimiters other than commas decimal commas are points.
-    There 1.000 may be either, unless another number shows what points are: 0.5, or 1.000,5.
+    There 1.000 may be either, unless another number shows what points are: 0.5, or 1.000,5, or
+    1.000.000.
     Rows may be shorter than others.
 
     Raises
@@ -196,7 +197,7 @@ def _make_points(rows: Sequence[tuple[str, list[str]]], columns: Sequence[int]) 
     places = [(where, cells, i) for where, cells in rows for i in columns if i < len(cells)]
     for mark, parted in PARTED.items():
         matches = [(cells, i, parted.fullmatch(cells[i])) for _, cells, i in places]
-        if any(match and match[2] for *_, match in matches):
+        if any(match and (match[2] or match[1].count(mark) > 1) for *_, match in matches):
             for cells, i, match in matches:
                 if match:
                     cells[i] = cells[i].replace(mark, "")

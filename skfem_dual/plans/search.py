@@ -63,7 +63,7 @@ class Accuracy:
         pressures, all taken positive, and that times the distance of the farthest point. Infinite
         of one mesh, which tells none; `PunchSolution.bounds` do.
     reached : bool
-        Whether it is at most what was asked for.
+        Whether it is at most what was asked for, of solutions without warnings.
     message : str
         That, or what kept it from being reached.
     trials : tuple of Trial

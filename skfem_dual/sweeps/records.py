@@ -199,8 +199,12 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return sorted(map(of, value))
     if type(value) in (list, tuple):
         return map(of, value)
-    if isinstance(value, (type, types.BuiltinFunctionType)):
+    if isinstance(value, type):
         return [f"{value.__module__}.{value.__qualname__}".encode()]
+    if isinstance(value, types.BuiltinFunctionType):  # of a module, or bound to what holds data
+        own = value.__self__
+        bound = () if own is None or isinstance(own, (types.ModuleType, type)) else (own,)
+        return [f"{value.__module__}.{value.__qualname__}".encode(), *map(of, bound)]
     if isinstance(value, types.ModuleType):
         return [value.__name__.encode()]
     if isinstance(value, PurePath):  # which pickles by the parts it was made of

@@ -22,6 +22,9 @@ from .records import Problem, pickled
 
 Answers = Generator[tuple[int, "Answer"], None, None]
 
+#: of cases that are left when there are no workers
+NOT_RUN = "not run: workers died before and were not replaced, or were shut down"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Job:
@@ -46,7 +49,10 @@ def all_answers(executor: Executor | int | None, job: Job, waiting: deque[int]) 
     else:
         yield from _answers(executor, job, waiting)
     for number in waiting:
-        yield number, Answer(error="not run: workers died before and were not replaced")
+        yield (
+            number,
+            Answer(error=NOT_RUN),
+        )
 
 
 def _own_answers(workers: int, job: Job, waiting: deque[int]) -> Answers:
@@ -121,7 +127,7 @@ def _answers(
                 task = job.task(waiting[0], carry=waiting[0] in lacking)
                 try:
                     future = executor.submit(_work, task)
-                except BrokenExecutor:
+                except RuntimeError:  # broken, or shut down
                     broken = True
                 else:
                     pending[future] = waiting.popleft()
