@@ -3,7 +3,7 @@ import pytest
 from plans import disc
 from skfem import CellBasis, ElementTriP1, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, Layer, LayeredHalfSpace
+from skfem_dual import DualMesh, HalfSpace, InfluenceOperator, Layer, LayeredHalfSpace
 from skfem_dual.contact.exact import uniform_circle_displacement
 from skfem_dual.elements.flexible import flexible_settlement
 
@@ -51,3 +51,19 @@ def test_vectors_of_other_bases_as_lists_and_numbers():
     expected = flexible_settlement(SOIL, basis, one, x)
     for pressure in (one.tolist(), 1.0, (basis, one), lambda x: 1.0 + 0 * x[0]):
         assert flexible_settlement(SOIL, basis, pressure, x) == pytest.approx(expected, rel=1e-12)
+
+
+def test_bases_on_some_elements_load_these_only():
+    """A number or a function pressed on the whole mesh."""
+    mesh = MeshTri.init_tensor(np.linspace(0, 3, 7), np.linspace(0, 1, 4))
+    half = np.nonzero(mesh.p[0][mesh.t].mean(axis=0) < 1.5)[0][::-1].copy()
+    soil, far = HalfSpace(1.0, 0.0), [[1e5], [0.0]]
+    basis = CellBasis(mesh, ElementTriP1(), elements=half)
+    for pressure in (1.0, np.ones(basis.N), lambda x: 1 + 0 * x[0], (basis, np.ones(basis.N))):
+        force = np.pi * 1e5 * flexible_settlement(soil, basis, pressure, far)
+        assert force == pytest.approx(1.5, rel=1e-4)
+    middles = mesh.p[:, mesh.t[:, half]].mean(axis=1)
+    found = flexible_settlement(soil, basis, 1.0)
+    assert found == pytest.approx(flexible_settlement(soil, basis, 1.0, middles), rel=1e-12)
+    operator = InfluenceOperator(soil, basis, edge="constant")
+    assert operator @ np.ones(len(half)) == pytest.approx(found, rel=1e-12)

@@ -436,3 +436,19 @@ def test_contact_that_hangs_together_in_single_nodes():
     assert areas == pytest.approx(np.abs(signed_areas(region.p, region.t)), rel=1e-12)
     moved = punch.solve(1.0, at=(at[0], at[1] + 1e-6), horizontal=(0.1, 0.0))
     assert found.shear.displacement == pytest.approx(moved.shear.displacement, rel=1e-3, abs=1e-4)
+
+
+def test_slivers_of_contact_do_not_tell_how_it_twists():
+    """Where the edge of contact passes next to a vertex their slopes did: the plan and its mirror
+    image twisted by 6 % more and less."""
+    ground = LayeredHalfSpace([Layer(2.0, 60e6, 0.3), Layer(3.0, 10e6, 0.4)], "bonded")
+    mesh = Plan.from_polygon([(0, 0), (12, 0), (12, 4), (5, 4), (5, 9), (0, 9)]).mesh(n=150)
+    middle = mesh.p.mean(axis=1)
+    at = 0.6 * (mesh.p[:, np.argmax(mesh.p[0])] - middle) + middle
+    twists = []
+    for sign in (1, -1):
+        mirrored = MeshTri(mesh.p * [[1], [sign]], mesh.t)
+        punch = RigidPunch(ground, CellBasis(mirrored, ElementTriP0()))
+        found = punch.solve(1e6, at=(at[0], sign * at[1]), torsion=sign * 1e5)
+        twists.append(sign * found.shear.twist)
+    assert twists[1] == pytest.approx(twists[0], rel=1e-4)

@@ -17,7 +17,8 @@ from ..contact.load import Constraints, Load, between_waves, load_of, require_co
 from ..contact.motions import require_carried
 from ..contact.parts import Part
 from ..contact.problem import Contact
-from ..contact.shapes import Gap, gaps_beside
+from ..contact.sectors import gaps_beside
+from ..contact.shapes import Gap
 from ..contact.system import ContactSystem
 from ..contact.unilateral import How, Method
 from ..elements.balance import resist

@@ -37,6 +37,9 @@ from .region import ContactRegion
 from .sectors import Sectors, sectors
 from .system import DENSE
 
+#: squares of radii over areas, and areas over those of a neighbour, of slivers
+THIN, TINY = 20.0, 0.02
+
 
 def require_carried(footprint: Footprint, load: Load) -> None:
     """Refuse horizontal loads that no cell in contact can carry, with a ValueError."""
@@ -100,7 +103,11 @@ class Motions(ReadOnly):
         if self.rough or cells.weights is None or cells.weights.law is None:
             return cells
         weights = replace(cells.weights, law=None)
-        slopes = None if cells.slopes is None else Slopes.from_weights(weights)
+        if cells.slopes is None:
+            return replace(cells, weights=weights)
+        # with none where they have none, as in slivers
+        flat = abs(cells.slopes.matrix).sum(axis=1).reshape(2, -1).max(axis=0) == 0
+        slopes = Slopes.from_weights(weights).without(np.asarray(flat).ravel())
         return replace(cells, weights=weights, slopes=slopes)
 
     @computed_once
@@ -332,5 +339,20 @@ def filling(cells: Footprint, region: ContactRegion) -> Footprint:
         basis = DualMesh.from_mesh(flipped(mesh, False)[0]).basis()
     partition = Partition.from_basis(basis)
     weights = weights_of(ground, basis, partition, None)
-    law = weights, Slopes.from_weights(weights), partition.centroids
+    slopes, thin = Slopes.from_weights(weights), _slivers(partition)
+    if thin.any():  # what slopes make of them is no traction
+        beside = (abs(slopes.matrix) @ thin).reshape(2, -1).any(axis=0)
+        slopes = slopes.without(thin | beside)
+    law = weights, slopes, partition.centroids
     return Footprint(ground, partition, *law, basis, "singular", "centroid", cells.origin, None)
+
+
+def _slivers(partition: Partition) -> ndarray:
+    """Cells that are thin, or tiny beside a neighbour, as the edge of contact cuts them off next
+    to vertices; (n,) array of bool."""
+    areas, (i, j) = partition.areas, partition.neighbours
+    largest = areas.copy()
+    np.maximum.at(largest, i, areas[j])
+    np.maximum.at(largest, j, areas[i])
+    thin = partition.polygons.radii**2 > THIN * areas
+    return np.asarray(thin | (areas < TINY * largest))

@@ -1,5 +1,6 @@
 """Parts of cells in each of which the ground is looked at once, by the load that they carry."""
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy import ndarray
 
 from ..elements.edge_weights import EdgeWeights
 from ..elements.load_matrix import points_in_pieces
+from .shapes import Gap, gap_values
 
 #: cells over which the weight varies by less than this factor have no sectors; in no cell of a
 #: regular mesh is it just that
@@ -54,6 +56,15 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
         cell = np.concatenate([cell, np.tile(inner, 3)])
         total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
     return Sectors(np.ascontiguousarray(x), cell, total)
+
+
+def gaps_beside(gap: Gap, x: ndarray) -> ndarray | None:
+    """Gap at other points than those of the cells, (2, m); None if it is known in collocation
+    points only, or not in all of these."""
+    if isinstance(gap, tuple) or callable(gap):
+        with suppress(ValueError):
+            return gap_values(gap, x)
+    return None
 
 
 def gathered(x: ndarray, load: ndarray, cell: ndarray, part: ndarray) -> tuple[Sectors, ndarray]:

@@ -1,7 +1,6 @@
 """Shapes of punches that are not flat: the gap to the ground before they press on each other."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,15 +63,6 @@ def gap_values(gap: Gap, x: ndarray) -> ndarray:
             f"{place(x[:, bad[0]])}"
         )
     return values
-
-
-def gaps_beside(gap: Gap, x: ndarray) -> ndarray | None:
-    """Gap at other points than those of the cells, (2, m); None if it is known in collocation
-    points only, or not in all of these."""
-    if isinstance(gap, tuple) or callable(gap):
-        with suppress(ValueError):
-            return gap_values(gap, x)
-    return None
 
 
 def _field_values(basis: CellBasis, vector: ndarray, x: ndarray) -> ndarray:

@@ -106,5 +106,6 @@ def cells_of(basis: Any) -> Any:
     plane = isinstance(basis, CellBasis) and basis.elem.maxdeg > 0 and basis.mesh.dim() == 2
     if not plane or [np.ndim(field) for field in basis.basis[0]] != [2]:
         return basis
-    constant = ElementTriP0() if basis.mesh.t.shape[0] == 3 else ElementQuad0()
-    return CellBasis(basis.mesh, constant, mapping=own_mapping(basis.mesh))
+    mesh = basis.mesh if basis.tind is None else basis.mesh.restrict(basis.tind)
+    constant = ElementTriP0() if mesh.t.shape[0] == 3 else ElementQuad0()
+    return CellBasis(mesh, constant, mapping=own_mapping(mesh))

@@ -8,7 +8,7 @@ from numpy import ndarray
 from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
 from ..contact.planes import PlaneFit
-from ..contact.shapes import gaps_beside
+from ..contact.sectors import gaps_beside
 from ..elements.point_values import vertex_values
 from ..elements.shape_functions import place_worked_on
 from ..grids.evening import evening
