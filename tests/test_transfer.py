@@ -417,6 +417,8 @@ def test_functions_that_have_lost_their_digits_are_refused():
 def test_bases_that_do_not_know_where_their_dofs_are(tmp_path):
     mesh = MeshTri.init_tensor(np.linspace(-1, 1, 5), np.linspace(-1, 1, 5))
     basis = CellBasis(mesh, ElementTriP1(), disable_doflocs=True)
+    constant = CellBasis(mesh, ElementTriP0(), disable_doflocs=True)
+    write_field(tmp_path / "f.vtu", constant, np.ones(constant.N))
     with pytest.raises(ValueError, match=r"knows where its DOFs are.*disable_doflocs"):
         write_field(tmp_path / "f.vtu", basis, np.zeros(basis.N))
     with pytest.raises(ValueError, match="a basis for structure that knows where its DOFs are"):

@@ -87,7 +87,8 @@ def grid_of_outline(options: argparse.Namespace, plan: Plan) -> DualMesh:
     try:
         return DualMesh.from_mesh(plan.mesh(n=n))
     except ValueError as error:
-        raise ValueError(str(error).replace("expected n from", "expected --cells from")) from error
+        text = str(error).replace("expected n from", "expected --cells from")
+        raise type(error)(text) from error
 
 
 def solve_plates(

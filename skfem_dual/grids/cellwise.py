@@ -238,7 +238,7 @@ def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | 
         value = list(value)
         if any(isinstance(part, kinds) or callable(part) for part in value):
             for part in value:
-                checked_subset(name, part, size, tags)
+                checked_subset(name, [None] if part is None else part, size, tags)
             return
     if isinstance(value, ndarray) and value.dtype == bool:
         checked_mask(name, value, (size,))

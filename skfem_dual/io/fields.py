@@ -57,14 +57,13 @@ def write_field(
     ValueError
         If the suffix or the number of values does not fit, a value is not finite, or the name
         is empty, cannot be printed, or of constants on dual cells is ``cell``, which is that of
-        their numbers; or if the basis does not know where its DOFs are.
+        their numbers; or if a basis of the first order or more does not know where its DOFs are.
     OSError
         If the file cannot be written.
     """
     import meshio
 
     checked_instance("basis", basis, CellBasis)
-    require_places("basis", basis)
     require_vtu(path)
     written = vtu_name(name)
     values = checked_array("values", values, (basis.N,), each="DOF")
@@ -88,6 +87,7 @@ def write_field(
         cells = cells if basis.tind is None else cells[:, basis.tind]
         values = values[basis.element_dofs[0]]
     elif isinstance(basis.elem, (ElementTriP1, ElementTriP2, ElementQuad1)):
+        require_places("a field", basis)
         # scikit-fem and VTK number vertices and middles of sides alike
         p, cells = basis.doflocs, basis.element_dofs
         kind += "6" if isinstance(basis.elem, ElementTriP2) else ""

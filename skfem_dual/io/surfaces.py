@@ -137,7 +137,8 @@ def _text(file: Any) -> tuple[ndarray, list[Heading]]:
 def _without_ends(lines: dict[int, str], separator: str) -> dict[int, str]:
     """Without the marks that all lines end with, as instruments write them."""
     parted = {k: line.rsplit(separator, 1) for k, line in lines.items()}
-    if not all(len(parts) == 2 and not parts[1].strip() for parts in parted.values()):
+    ended = all(len(parts) == 2 and not parts[1].strip() for parts in parted.values())
+    if not ended or not any(parts[0].strip() for parts in parted.values()):
         return lines
     return _without_ends({k: parts[0] for k, parts in parted.items()}, separator)
 
