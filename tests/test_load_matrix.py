@@ -450,3 +450,23 @@ def test_constants_take_what_their_elements_carry():
     found, parts = (s.load_vector(CellBasis(mesh, ElementTriP0())) for mesh in (coarse, fine))
     sums = np.bincount(parent, parts, coarse.nelements)
     assert found == pytest.approx(sums, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"edge": "constant"}, {"gap": Paraboloid(3.0)}, {"gap": Paraboloid(300.0)}],
+    ids=["flat", "constant", "line of contact", "over the edge"],
+)
+def test_the_matrix_of_what_a_solution_presses_with(options):
+    """By the cells of the solution, as the guide has it: those of the punch have other laws where
+    contact ends, and cells without slopes ended in an error."""
+    punch = RigidPunch(
+        HalfSpace(30e6, 0.3), DualMesh.from_mesh(generate.disc(n=200)).basis(), **options
+    )
+    solution = punch.solve(3e6, at=(0.1, 0.0))
+    basis = CellBasis(MeshQuad().refined(4).scaled(2.4).translated((-1.2, -1.2)), ElementQuad1())
+    under = solution.footprint
+    matrix = load_matrix(under.partition, under.weights, under.fan, basis, moments=True)
+    f, expected = under.with_slopes(matrix) @ solution.pressure, solution.load_vector(basis)
+    assert f == pytest.approx(expected, abs=1e-12 * expected.max())
+    assert f @ basis.doflocs[0] == pytest.approx(0.1 * 3e6, rel=1e-9)

@@ -83,3 +83,9 @@ def test_table_of_ground_that_stiffens_fast():
     assert ground.influence(np.logspace(-3, 0, 7)) == pytest.approx(
         same.influence(np.logspace(-3, 0, 7)), rel=1e-8
     )
+
+
+def test_profiles_in_single_precision_are_refused():
+    """Rounding is noise to whoever integrates them: the influence at two points took 197 s."""
+    with pytest.raises(TypeError, match="expected young in double precision, got float32"):
+        GradedHalfSpace.init_profile(lambda z: (1 + z).astype(np.float32), 0.3)

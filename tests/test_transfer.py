@@ -476,3 +476,22 @@ def test_nothing_is_lost_at_site_coordinates(kind):
     assert loads(target, found)[0] == pytest.approx(given[0], rel=1e-14)
     if kind == "nodes":
         assert found == pytest.approx(values, abs=1e-13)
+
+
+@pytest.mark.parametrize("element", [ElementTriP1, ElementTriP2, ElementQuad1, ElementQuad2])
+def test_meshes_with_vertices_apart_are_those_they_were_made_of(element):
+    """Corners were looked up by numbers that are not those of places: -2.9 to 2.4 for 0 to 1.7."""
+    kind = MeshTri if "Tri" in element.__name__ else MeshQuad
+    plain = kind().refined(3)
+    mesh = (MeshTri1DG if kind is MeshTri else MeshQuad1DG).from_mesh(plain)
+    foot = MeshTri().refined(2).scaled(0.2).translated((0.4, 0.4))
+    field = CellBasis(foot, ElementTriP1())
+    punch = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(foot).basis(), origin=(0.5, 0.5))
+    solution = punch.solve(1.0, at=(0.01, 0.0))
+    apart, whole = CellBasis(mesh, element()), CellBasis(plain, element())
+    values = transfer(field, field.ones(), whole)
+    assert transfer(field, field.ones(), apart) == pytest.approx(values, abs=1e-12)
+    assert transfer(apart, values, whole) == pytest.approx(values, abs=1e-12)
+    x = np.random.default_rng(0).random((2, 50))
+    assert evaluate(apart, values, x) == pytest.approx(evaluate(whole, values, x), abs=1e-12)
+    assert solution.load_vector(apart) == pytest.approx(solution.load_vector(whole), abs=1e-14)

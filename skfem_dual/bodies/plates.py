@@ -20,7 +20,7 @@ from ..elements.point_values import locate, value_matrix
 from ..elements.shape_functions import ShapeFunctions, ascends
 from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
-from ..grids.mappings import inverting, mapping_about_middle, own_mapping
+from ..grids.mappings import inverting, mapping_about_middle, own_mapping, places_of
 from ..grids.partition import Partition
 from ..ground.substrates import Substrate
 from ..messages import place
@@ -307,7 +307,8 @@ def _on_rectangle(
     """Load vector of a pressure that is linear on a rectangle, with moments along x and y."""
     ends = middle[:, None] + np.array([-0.5, 0.5]) * sides[:, None]
     own = np.arange(basis.mesh.nelements) if basis.tind is None else basis.tind
-    corners = basis.mesh.p[:, basis.mesh.t[:, own]]
+    p, t = places_of(basis.mesh)
+    corners = p[:, t[:, own]]
     beside = (corners.min(axis=1) > ends[:, 1:]) | (corners.max(axis=1) < ends[:, :1])
     near = own[~beside.any(axis=0)]  # of large plates few elements
     if not len(near):

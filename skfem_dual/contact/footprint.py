@@ -169,7 +169,7 @@ class Footprint(LoadedCells):
         """From (k, 3 n), for mean pressures and slopes, to (k, n), with the slopes by them."""
         n = len(self)
         if self.slopes is None:
-            return matrix
+            return matrix if matrix.shape[1] == n else csr_matrix(matrix[:, :n])
         return csr_matrix(matrix[:, :n] + matrix[:, n:] @ self.slopes.matrix)
 
     @property

@@ -22,7 +22,7 @@ from skfem.assembly.basis import AbstractBasis
 from skfem.mapping import Mapping, MappingAffine
 
 from ..arguments import checked_integer
-from ..grids.mappings import inverse, inverting, is_far, mapping_about_middle
+from ..grids.mappings import inverse, inverting, is_far, mapping_about_middle, places_of
 from ..grids.polygons import some
 from ..kernels.once import computed_once
 
@@ -73,7 +73,8 @@ class ShapeFunctions:
             )
         mesh = basis.mesh
         elements = np.arange(mesh.nelements) if basis.tind is None else np.asarray(basis.tind)
-        return cls(basis, mesh.p[:, mesh.t[:, elements]], elements, None, None, component)
+        p, t = places_of(mesh)
+        return cls(basis, p[:, t[:, elements]], elements, None, None, component)
 
     @classmethod
     def _of_facets(cls, basis: FacetBasis, component: int | None) -> "ShapeFunctions":
@@ -315,9 +316,10 @@ def _require_of_mesh(element: ElementGlobal, mapping: Mapping) -> None:
 
 def _parallel(mesh: Mesh, elements: ndarray) -> bool:
     """Whether all of some quadrilaterals are parallelograms with straight sides."""
-    if mesh.doflocs.shape[1] > mesh.nvertices:
+    p, t = places_of(mesh)
+    if mesh.doflocs.shape[1] > p.shape[1]:
         return False
-    corners = mesh.p[:, mesh.t[:, elements]]
+    corners = p[:, t[:, elements]]
     linear = np.vstack([np.ones(len(mesh.t)), mesh.elem.refdom.p])
     bent = corners - np.einsum("ijk,jl->ilk", corners, np.linalg.pinv(linear) @ linear)
     sizes = np.ptp(corners, axis=1).max(axis=0)

@@ -12,6 +12,7 @@ from ..kernels.once import ReadOnly, computed_once, remember
 from .cellwise import CellwiseBasis
 from .corners import lone_first, signed_areas
 from .dual_mesh import DualMesh
+from .mappings import places_of
 from .nearby import in_circles
 from .planar import ragged, rounding
 from .polygons import readonly
@@ -83,11 +84,11 @@ class Fan(ReadOnly):
     @classmethod
     def from_mesh(cls, mesh: Mesh, cells: ndarray | None = None) -> "Fan":
         """Triangles or quadrilaterals, all or some, cut around the mean of their vertices."""
-        k, m = mesh.t.shape
-        n = mesh.p.shape[1]
+        p, t = places_of(mesh)
+        k, m = t.shape
         cells = np.arange(m) if cells is None else np.asarray(cells)
-        own, middle = mesh.t[:, cells], n + cells
-        p = np.hstack([mesh.p, mesh.p.take(mesh.t, axis=1).mean(axis=1)])
+        own, middle = t[:, cells], p.shape[1] + cells
+        p = np.hstack([p, p.take(t, axis=1).mean(axis=1)])
         t = np.hstack([[own[i], own[(i + 1) % k], middle] for i in range(k)])
         part = (cells + mesh.nelements * np.arange(k)[:, None]).ravel()
         return cls._sorted(p, t, np.tile(cells, k), part)

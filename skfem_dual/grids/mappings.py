@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy import ndarray
-from skfem import Mesh
+from skfem import Mesh, MeshQuad1DG, MeshTri1DG
 from skfem.mapping import Mapping, MappingAffine, MappingIsoparametric
 
 #: steps of Newton's method, and the last of them that will do at all and at once
@@ -16,6 +16,17 @@ def own_mapping(mesh: Mesh) -> Mapping:
     without a lock: a thread would read what another has not filled yet.
     """
     return MappingAffine(mesh) if mesh.affine else mesh.mapping()
+
+
+def places_of(mesh: Mesh) -> tuple[ndarray, ndarray]:
+    """Vertices of a plane mesh, and their numbers in each element.
+
+    On discontinuous and periodic meshes those in ``t`` are none of places: there each element has
+    vertices of its own.
+    """
+    if isinstance(mesh, (MeshTri1DG, MeshQuad1DG)):
+        return mesh.doflocs, mesh.dofs.element_dofs
+    return mesh.p, mesh.t
 
 
 def middle_of(mesh: Mesh) -> ndarray:

@@ -246,6 +246,11 @@ def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
             f"expected {name} as a function that returns one number for each depth, got "
             f"{shown(values)} for {len(z)} depths"
         )
+    if values.dtype.kind == "f" and values.dtype.itemsize < 8:
+        raise TypeError(
+            f"expected {name} in double precision, got {values.dtype}, by whose rounding it would "
+            "take minutes. Remedy: astype(float) of what the function interpolates, before it does"
+        )
     values = np.asarray(values, dtype=float)
     return values if values.shape == z.shape else np.full(z.shape, values)
 

@@ -23,6 +23,7 @@ from skfem import (
 from ..arguments import checked_array, checked_instance
 from ..elements.shape_functions import require_places
 from ..grids.cellwise import CellwiseBasis
+from ..grids.mappings import places_of
 from .elements import positive
 from .polygons import write_polygons
 from .writing import require_vtu, vtu_name, write_whole
@@ -114,12 +115,10 @@ def _with_vertices_apart(basis: CellBasis, values: ndarray) -> tuple[CellBasis, 
             f"expected constants, ElementTriP1 or ElementQuad1 on a {type(given).__name__}, got "
             f"{type(elem).__name__}. Remedy: transfer the field to one of them"
         )
-    cells = given.dofs.element_dofs
-    kind = MeshTri if len(cells) == 3 else MeshQuad
-    mesh = kind(given.doflocs, cells, sort_t=False)
-    apart, own = CellBasis(mesh, elem, elements=basis.tind), np.zeros(given.doflocs.shape[1])
-    if isinstance(elem, (ElementTriP0, ElementQuad0)):
-        own = np.zeros(apart.N)
+    p, cells = places_of(given)
+    mesh = (MeshTri if len(cells) == 3 else MeshQuad)(p, cells, sort_t=False)
+    apart = CellBasis(mesh, elem, elements=basis.tind)
+    own = np.zeros(apart.N)
     own[apart.element_dofs] = values[basis.element_dofs]
     return apart, own
 

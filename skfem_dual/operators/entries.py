@@ -234,7 +234,10 @@ class Sample:
     @classmethod
     def from_rows(cls, numbers: ndarray, rows: ndarray) -> "Sample":
         """Some rows that are known."""
-        return cls(numbers, rows, np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1), 1.0)
+        total, norm = np.abs(rows).sum(axis=1), np.linalg.norm(rows, axis=1)
+        # rows of one cell that is the whole period are zero
+        total, norm = (np.where(size > 0, size, 1.0) for size in (total, norm))
+        return cls(numbers, rows, total, norm, 1.0)
 
     def errors(self, product: Callable[[ndarray], ndarray]) -> tuple[float, float]:
         """Errors of a ``product`` with the matrix: under uniform pressure, and in the 2-norm."""
