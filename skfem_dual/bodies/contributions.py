@@ -6,9 +6,8 @@ from typing import Any
 
 from numpy import ndarray
 
-from ..contact.edges import narrow
 from ..contact.load import Load, load_of, require_compression, require_vertical
-from ..contact.problem import Contact, Contribution
+from ..contact.problem import Contribution
 from ..contact.system import ContactSystem
 from ..messages import shown
 from ..operators.yielding import YieldingOperator
@@ -71,9 +70,3 @@ def require_balanced(
         punch.require_load(*load)
         if not alone.can_balance(constraints):
             raise ValueError(NO_BALANCE)
-
-
-def rough_of(punch: RigidPunch, contact: Contact) -> list[str]:
-    """Warnings of contact under a rigid one of them, as of `RigidPunches`."""
-    thin = narrow([(punch.partition, contact.touching)], not punch.initial_gap.any())
-    return [message for message in (contact.rough, thin) if message]

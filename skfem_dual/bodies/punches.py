@@ -18,6 +18,7 @@ from scipy.sparse import csr_matrix
 
 from ..arguments import checked_flag, checked_sequence
 from ..contact.by_work import Beside, added_by_work, met
+from ..contact.edges import rough_of
 from ..contact.footprint import Footprint
 from ..contact.load import Constraints, Load
 from ..contact.loaded_cells import Ground, LoadedCells, slices_of
@@ -37,7 +38,7 @@ from ..operators.yielding import YieldingOperator
 from ..solutions.elastic_solution import ElasticSolution
 from ..solutions.group_solution import PunchesSolution
 from ..solutions.punch_solution import PunchSolution
-from .contributions import checked_load, contribution, require_balanced, rough_of
+from .contributions import checked_load, contribution, require_balanced
 from .elastic import ElasticPunch
 from .group import RigidPunches
 from .neighbours import (
@@ -335,7 +336,7 @@ class Punches(FromFields):
         for i, (punch, load) in enumerate(zip(self.punches, given, strict=True)):
             others, part, way = (*pressed[:i], *pressed[i + 1 :]), parts[i], moved[i]
             if isinstance(punch, RigidPunch):
-                warn_of(part, rough_of(punch, part))
+                warn_of(part, rough_of(punch.partition, part, not punch.initial_gap.any()))
                 times = punch.timings | timings
                 beside = Beside(punch, load, part, way, others)
                 found = PunchSolution.from_contact(punch, load, part, way, times, others, beside)

@@ -14,7 +14,7 @@ from ..grids.partition import Partition
 from ..ground.seen import seen_by
 from ..ground.substrates import Substrate
 from ..messages import shown
-from .problem import DOZEN
+from .problem import DOZEN, Contact
 
 EdgeBoundaries = str | Sequence[str] | Sequence[int] | ndarray
 
@@ -90,6 +90,12 @@ def narrow(parts: Sequence[tuple[Partition, ndarray]], even: bool) -> str:
         "its area, which may be many times too large, and the position are rough. Remedy: smaller "
         "cells along the edge"
     )
+
+
+def rough_of(cells: Partition, contact: Contact, even: bool) -> list[str]:
+    """Warnings of contact under one body on few cells, or hardly wider than one."""
+    found = contact.rough, narrow([(cells, contact.touching)], even)
+    return [message for message in found if message]
 
 
 def presses_over(partition: Partition, pressure: ndarray, ribs: ndarray | None = None) -> bool:

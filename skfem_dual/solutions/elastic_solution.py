@@ -8,7 +8,7 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 from skfem.assembly.basis import AbstractBasis
 
-from ..contact.edges import narrow
+from ..contact.edges import rough_of
 from ..contact.pressed import Pressed
 from ..contact.problem import Contact, warn_of
 from ..elements.influence import flat_points
@@ -93,8 +93,7 @@ class ElasticSolution(CellPressures):
         reactions[fixed] = forces[fixed]
         if contact.success:
             contact = _in_equilibrium(punch, contact, forces, residual - noise, moved)
-        thin = narrow([(cells.partition, contact.touching)], not punch.initial_gap.any())
-        warn_of(contact, [message for message in (contact.rough, thin) if message])
+        warn_of(contact, rough_of(cells.partition, contact, not punch.initial_gap.any()))
         if contact.success:
             _warn_if_bent(punch, cells, displacement, contact.touching)
         # of the ground: what remains of the gap, less the structure's shape and deflection

@@ -203,7 +203,7 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return [f"{value.__module__}.{value.__qualname__}".encode()]
     if isinstance(value, types.BuiltinFunctionType):  # of a module, or bound to what holds data
         own = value.__self__
-        bound = () if own is None or isinstance(own, (types.ModuleType, type)) else (own,)
+        bound = () if own is None or isinstance(own, types.ModuleType) else (own,)
         return [f"{value.__module__}.{value.__qualname__}".encode(), *map(of, bound)]
     if isinstance(value, types.ModuleType):
         return [value.__name__.encode()]

@@ -49,10 +49,7 @@ def all_answers(executor: Executor | int | None, job: Job, waiting: deque[int]) 
     else:
         yield from _answers(executor, job, waiting)
     for number in waiting:
-        yield (
-            number,
-            Answer(error=NOT_RUN),
-        )
+        yield number, Answer(error=NOT_RUN)
 
 
 def _own_answers(workers: int, job: Job, waiting: deque[int]) -> Answers:
@@ -127,7 +124,9 @@ def _answers(
                 task = job.task(waiting[0], carry=waiting[0] in lacking)
                 try:
                     future = executor.submit(_work, task)
-                except RuntimeError:  # broken, or shut down
+                except RuntimeError as error:
+                    if not (isinstance(error, BrokenExecutor) or "shutdown" in str(error)):
+                        raise
                     broken = True
                 else:
                     pending[future] = waiting.popleft()
