@@ -5,7 +5,7 @@ byte order. Messages name the argument, what was expected and what came.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -286,6 +286,23 @@ def checked_sequence(name: str, value: Any) -> list:
         return list(value)
     except TypeError:  # arrays without dimensions
         raise TypeError(f"expected a sequence for {name}, got {shown(value)}") from None
+
+
+def place_among(names: Sequence[str], what: str, key: Any) -> Any:
+    """The number of what is asked for by its name; others than names as they are.
+
+    Raises
+    ------
+    KeyError, IndexError
+        If there is none of this name or number.
+    """
+    if isinstance(key, str):
+        if key not in names:
+            raise KeyError(f"expected the name of a {what}, {list(names)}, got {key!r}")
+        return names.index(key)
+    if isinstance(key, (int, np.integer)) and not -len(names) <= key < len(names):
+        raise IndexError(f"expected a {what} from 0 to {len(names) - 1}, got {key}")
+    return key
 
 
 def checked_flag(name: str, value: Any) -> bool:

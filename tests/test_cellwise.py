@@ -238,3 +238,38 @@ def test_parts_of_elements_as_scikit_fem_takes_them(elements):
 def test_parts_of_elements_that_are_none(elements):
     with pytest.raises(ValueError, match=r"expected tags among \[\] for elements, got 'a'"):
         DualMesh.from_mesh(MeshTri().refined(1)).basis().with_elements(elements)
+
+
+@pytest.mark.parametrize(
+    "elements",
+    [
+        np.arange(48) < 5,
+        list(np.arange(5)),
+        tuple(np.arange(5)),
+        range(5),
+        [np.arange(48) < 3, [3, 4]],
+        [np.int64(4), 0, 1, 2, 3],
+    ],
+)
+def test_masks_and_integers_of_numpy_are_parts_of_elements(elements):
+    basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
+    part = CellwiseBasis(basis.dual, elements=elements)
+    assert part.tind.tolist() == list(range(5)) == basis.with_elements(elements).tind.tolist()
+    assert basis.with_elements(np.int64(3)).tind.tolist() == [3]
+
+
+def test_masks_and_lists_are_parts_of_facets():
+    basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
+    facets = basis.mesh.boundary_facets()
+    mask = np.isin(np.arange(basis.mesh.nfacets), facets)
+    for form in (mask, list(facets), set(facets), tuple(facets)):
+        assert np.array_equal(basis.boundary(form).find, np.sort(facets))
+
+
+@pytest.mark.parametrize(
+    "none", [[], np.array([], int), np.zeros(48, bool), lambda x: x[0] > 99, [[], []]]
+)
+def test_parts_without_elements_are_refused(none):
+    basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
+    with pytest.raises(ValueError, match="expected some of the 48 for elements, got none"):
+        basis.with_elements(none)

@@ -343,6 +343,9 @@ def test_solutions_by_name():
     assert found["right"] is found[1]
     with pytest.raises(KeyError, match=r"expected the name of a punch, .* got 'east'"):
         found["east"]
+    with pytest.raises(IndexError, match=r"expected a punch from 0 to 1, got 5"):
+        found[5]
+    assert len(found[0:2]) == len(list(found)) == 2
 
 
 def test_errors_name_bodies():

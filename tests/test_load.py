@@ -69,7 +69,7 @@ def test_where_the_resultant_must_act():
     assert Load(force=2.0).point == (0.0, 0.0)
     assert Load(force=0.0).point is None
     assert Load(force=1.0, tilt=(0, 0)).point is None
-    assert Load(settlement=1.0).point is None
+    assert Load(settlement=1.0).point == (0.0, 0.0)
 
 
 @settings(max_examples=50, deadline=None)
@@ -120,3 +120,11 @@ def test_loads_moved_as_told_are_carried(at):
         assert punch.solve(1.0, at=tuple(moved)).force == pytest.approx(1.0, rel=1e-9)
     with pytest.raises(ValueError, match="towards the middle"):
         punch.solve(1.0, at=tuple(x * (1 - 0.98 * distance / np.hypot(*x))))
+
+
+def test_reactions_to_settlements_act_where_they_must():
+    assert Load(settlement=0.01, at=(0.1, 0)).point == (0.1, 0.0)
+    assert Load(settlement=0.01).point == (0.0, 0.0)
+    assert Load(settlement=0.01, moments=(1.0, 0.0)).point is None
+    assert Load(settlement=0.01, tilt=(0.0, 0.0)).point is None
+    assert Load(force=0.0).point is None

@@ -89,3 +89,17 @@ def test_profiles_in_single_precision_are_refused():
     """Rounding is noise to whoever integrates them: the influence at two points took 197 s."""
     with pytest.raises(TypeError, match="expected young in double precision, got float32"):
         GradedHalfSpace.init_profile(lambda z: (1 + z).astype(np.float32), 0.3)
+
+
+@pytest.mark.parametrize(
+    "ground", [HalfSpace(1.0, 0.3), LayeredHalfSpace([Layer(1.0, 1.0, 0.3)], HalfSpace(9.0, 0.2))]
+)
+def test_primitives_are_even(ground):
+    assert ground.primitive(-2.0) == ground.primitive(2.0) > 0
+
+
+def test_profiles_that_leave_their_range_below():
+    with pytest.raises(ValueError, match=r"poisson from 0 to 0.5 .* Remedy: a profile that ends"):
+        GradedHalfSpace.init_profile(lambda z: 1 + z, lambda z: 0.3 + 0.3 * z)
+    with pytest.raises(ValueError, match=r"young positive at all depths, got -.* np.interp"):
+        GradedHalfSpace.init_profile(lambda z: 1 - 0.3 * z, 0.3)

@@ -8,9 +8,10 @@ from typing import Any, Self, cast
 import numpy as np
 from numpy import ndarray
 from scipy.sparse import issparse
+from skfem import CellBasis
 
 from ..arguments import checked_flag
-from ..contact.edges import presses_over, pulling
+from ..contact.edges import EdgeBoundaries, grows_to_edge, presses_over, pulling
 from ..contact.footprint import Edge, Footprint
 from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
@@ -21,6 +22,7 @@ from ..errors import MeshError, ResolutionWarning, warn
 from ..grids.fan import Fan
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
+from ..ground.substrates import Substrate
 from ..kernels.once import FromFields, computed_once, freeze
 from .kern import kern
 
@@ -29,7 +31,7 @@ OFFSET = 3e4
 
 
 class Unchosen(str):
-    """An ``edge`` that follows from the shape, which it does anew where another is given:
+    """An ``edge`` that follows from shape and ground, which it does anew where others are given:
     `dataclasses.replace` hands on what stands in the fields."""
 
 
@@ -52,7 +54,10 @@ def owned(value: Any) -> Any:
 class Body(FromFields, ABC):
     """What stands on a footprint shows its cells."""
 
+    substrate: Substrate
+    basis: CellBasis
     edge: Edge | None
+    edge_boundaries: EdgeBoundaries | None
     gap: Gap | None
     #: whether it was left to the contact what edge there is
     edge_by_contact: bool
@@ -63,11 +68,13 @@ class Body(FromFields, ABC):
             object.__setattr__(self, name, owned(getattr(self, name)))
 
     def _choose_edge(self, flat: bool, by_contact: bool) -> None:
-        """That of a flat body or of another, where it was left to the shape, and whether the
-        contact has a say."""
+        """That of a flat body or of another, where it was left to shape and ground, and whether
+        the contact has a say."""
         if self.edge is None or isinstance(self.edge, Unchosen):
-            object.__setattr__(self, "edge", Unchosen("singular" if flat else "constant"))
-            object.__setattr__(self, "edge_by_contact", by_contact)
+            grows = self.edge_boundaries is not None or grows_to_edge(self.substrate, self.basis)
+            edge = "singular" if flat and grows else "constant"
+            object.__setattr__(self, "edge", Unchosen(edge))
+            object.__setattr__(self, "edge_by_contact", by_contact and grows)
 
     @property
     @abstractmethod

@@ -377,8 +377,10 @@ class RigidPunches(RigidBodies):
         Returns
         -------
         (nbodies,) array of float
-            At least 1 on homogeneous ground for forces without moments. Beside a load on a thin
-            layer that keeps its volume the ground heaves: there they are less, or negative.
+            Of the settlements of the origins. On homogeneous ground at least 1 for forces on
+            origins in the middle of plans; elsewhere bodies that lean towards each other may lift
+            them: there they are less, or negative. So they are beside a load on a thin layer that
+            keeps its volume, where the ground heaves.
 
         Raises
         ------

@@ -122,8 +122,8 @@ def load_path(
     punch : RigidPunch or ElasticPunch
         What stands on the ground.
     loads : iterable of Load, mapping or array
-        What is imposed in each step, keyword arguments of its ``solve``; of a rigid punch also as
-        `Load`, of a structure as its load vector.
+        What is imposed in each step: of a rigid punch a `Load` or its arguments, of a structure
+        keyword arguments of its ``solve`` or its load vector.
     options
         Further arguments of ``solve`` for all steps; of a rigid punch ``unilateral``, ``method``,
         ``gap_rtol`` and ``progress``.

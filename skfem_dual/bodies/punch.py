@@ -61,7 +61,8 @@ class RigidPunch(Movable, RigidBodies):
         contact ends; it is the paper's scheme, whose settlements of flat punches are tens of
         times less accurate. By default flat punches are singular; and so are shaped ones where
         their pressures grow to the edge of the plan, for which they are solved again, but on
-        uniform grids from 256 cells on, whose fast transforms take constant pressures.
+        uniform grids from 256 cells on, whose fast transforms take constant pressures. Neither
+        is where ground acts on far larger cells like springs: thin layers, E0 (1 + 1000 z).
     edge_boundaries : str, sequence of str or of int, optional
         The boundaries of the mesh that are such an edge, by their names or as facets; all of
         them by default. Where a punch is rounded off, for example, the pressure does not grow.

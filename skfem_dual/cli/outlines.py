@@ -68,7 +68,7 @@ def take_corners(options: argparse.Namespace) -> None:
         )
     usual = {
         "grid": "dual",
-        "edge": "singular",
+        "edge": None,
         "edge_boundaries": None,
         "collocation": "centroid",
     }

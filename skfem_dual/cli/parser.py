@@ -261,8 +261,8 @@ def _add_method(group: Any) -> None:
     group.add_argument(
         "--edge",
         choices=("singular", "constant"),
-        default="singular",
-        help="whether the pressure inside a cell grows to the edge (default) or is constant",
+        help="whether the pressure inside a cell grows to the edge (by default, but on ground "
+        "that acts on the cells like springs) or is constant",
     )
     group.add_argument(
         "--edge-boundaries",

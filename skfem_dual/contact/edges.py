@@ -11,7 +11,8 @@ from ..elements.edge_weights import EdgeWeights
 from ..grids.cellwise import nodal_mesh
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.seen import seen_by
+from ..ground.seen import even_at_edge, seen_by
+from ..ground.stratified import Stratified
 from ..ground.substrates import Substrate
 from ..messages import shown
 from .problem import DOZEN, Contact
@@ -32,6 +33,15 @@ COUNTS = 0.01
 #: how many times as much as constant cells others pull beside a crust where they fail: discs of
 #: 300 and 1000 nodes, dual cells and triangles, on crusts of 20 to 10 000 times what is below
 BEYOND = 1.2
+
+
+def grows_to_edge(substrate: Substrate, basis: CellBasis) -> bool:
+    """Whether pressures under a flat base grow to the edge of the plan inside cells by a law."""
+    if not isinstance(substrate, Stratified):
+        return True
+    cells = Partition.from_basis(basis)
+    edge = cells.areas[cells.f2c[0, edge_ribs(cells)]]
+    return not even_at_edge(substrate, edge, float(cells.areas.sum()))
 
 
 def weights_of(

@@ -103,10 +103,14 @@ class Load:
 
     @property
     def point(self) -> Pair | None:
-        """Where the resultant must act, from the origin; None if that is not imposed."""
-        if self.tilt is not None or not self.force:
+        """Where the resultant must act, from the origin; None if that is not imposed, or turns
+        on a reaction that is not known."""
+        at = self.at or (0.0, 0.0)
+        if self.tilt is not None or self.force == 0:
             return None
-        x, y = np.array(self.at or (0.0, 0.0)) + self.first_moments / self.force
+        if self.force is None:
+            return None if self.first_moments.any() else at
+        x, y = np.array(at) + self.first_moments / self.force
         return float(x), float(y)
 
     def constraints(self, origin: ndarray) -> "Constraints":

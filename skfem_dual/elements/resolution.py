@@ -23,7 +23,7 @@ from numpy import ndarray
 from ..errors import MeshError
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
-from ..ground.seen import seen_by
+from ..ground.seen import even_at_edge, seen_by
 from ..ground.stratified import Stratified
 from ..ground.substrates import Substrate
 
@@ -44,8 +44,9 @@ CRUST = 1.5
 CANCELLED, IN_TRIANGLES = 150.0, 100.0
 #: sizes of cells whose moments remain numbers, and those of the ground's waves
 SIZES = 1e-20, 1e20
-#: cells smaller than so many lengths of the ground need not be looked at
-FINE = 0.5
+#: cells smaller than so many lengths of the ground need not be looked at, and larger ones than so
+#: many are hardly meant
+FINE, FARTHEST = 0.5, 1e5
 
 
 def coarseness(substrate: Stratified, h: ndarray) -> ndarray:
@@ -145,11 +146,23 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     h, usual = mean_size(partition, 2), mean_size(partition, 1)
     if h < FINE * substrate.lengths[0]:
         return None
+    if h > FARTHEST * substrate.lengths[0]:
+        return (
+            f"ground that varies over {substrate.lengths[0]:.3g}, {h / substrate.lengths[0]:.0e} "
+            "times less than the size of the cells, is that of other units or of a gradient that "
+            "is no part of the modulus. Remedy: ground in the units of the mesh"
+        )
     finer = _finer(h)
     error = coarseness(substrate, finer)
     if sloped:
         k = np.pi / (finer * usual / h)
         edge = partition.areas[partition.f2c[0, edge_ribs(partition)]]
+        if even_at_edge(substrate, edge, float(partition.areas.sum())):
+            return (
+                f"no law of the edge holds on ground that varies over {substrate.lengths[0]:.3g} "
+                f"inside cells of a size of about {np.sqrt(edge.mean()):.3g}: settlements may be "
+                'off by some per cent, or by far more. Remedy: edge="constant"'
+            )
         c = seen_by(substrate, edge).singular_coefficient
         near = 2 * np.pi * c / (k * substrate.symbol(k))
         triangles = partition.polygons.sizes.max() == 3

@@ -1,5 +1,6 @@
 """Piecewise constants on the cells of a couple of dual grids, as an skfem basis."""
 
+from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -31,6 +32,9 @@ from .dual_mesh import DualMesh
 from .mappings import own_mapping
 from .partition import Partition
 
+#: what scikit-fem finds of a tag or a function
+Found = Callable[[Any], ndarray]
+
 #: highest order of the quadrature rules of scikit-fem on triangles, and of any use on facets
 HIGHEST, MOST_ON_FACETS = 19, 100
 
@@ -54,7 +58,8 @@ class CellwiseBasis(CellBasis):
     quadrature : tuple of arrays, optional
         Points and weights on the reference triangle, instead of ``intorder``.
     elements : optional
-        Subset of the triangles of the common refinement, in any form skfem takes.
+        Subset of the triangles of the common refinement, in any form skfem takes, or a
+        mask.
 
     Raises
     ------
@@ -105,7 +110,8 @@ class CellwiseBasis(CellBasis):
         """What a `CellBasis` consists of."""
         intorder, quadrature = self._deferred
         mesh = self.dual.refinement
-        checked_subset("elements", elements, mesh.nelements, mesh.subdomains)
+        every = mesh.nelements, mesh.subdomains
+        elements = subset("elements", elements, *every, mesh.normalize_elements)
         dofs = Dofs(mesh, self.elem)
         own = self.grid == "dual"
         cells = self.dual.refinement_cells if own else np.arange(mesh.nelements) // 6
@@ -171,7 +177,7 @@ class CellwiseBasis(CellBasis):
         Parameters
         ----------
         elements : optional
-            The triangles, in any form skfem takes; all by default.
+            The triangles, in any form skfem takes, or a mask; all by default.
 
         Raises
         ------
@@ -191,8 +197,8 @@ class CellwiseBasis(CellBasis):
         Parameters
         ----------
         facets : optional
-            Facets of the common refinement, in any form skfem takes; by default all on the
-            boundary.
+            Facets of the common refinement, in any form skfem takes, or a mask; by default all
+            on the boundary.
         intorder, quadrature : optional
             As of the basis.
 
@@ -208,7 +214,8 @@ class CellwiseBasis(CellBasis):
                 "boundary() of a basis on a subset of elements is not supported. "
                 "Remedy: take the boundary of the whole basis and name its facets"
             )
-        checked_subset("facets", facets, self.mesh.nfacets, self.mesh.boundaries)
+        every = self.mesh.nfacets, self.mesh.boundaries
+        facets = subset("facets", facets, *every, self.mesh.normalize_facets)
         if intorder is not None:
             intorder = checked_integer("intorder", intorder, at_least=0, at_most=MOST_ON_FACETS)
         if quadrature is not None:
@@ -224,30 +231,40 @@ class CellwiseBasis(CellBasis):
         )
 
 
-def checked_subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | None) -> None:
-    """Refuse what scikit-fem does not take for a subset of elements or facets."""
-    if value is None or (callable(value) and not isinstance(value, type)):
-        return
+def subset(name: str, value: Any, size: int, tags: dict[str, ndarray] | None, found: Found) -> Any:
+    """Indices of some elements or facets, in any form scikit-fem takes, or those of a mask.
+
+    ``found`` are those of a tag or a function. Oriented boundaries stay so.
+    """
+    if value is None:
+        return None
+    indices = _indices(name, value, size, tags or {}, found)
+    if indices.size == 0:
+        raise ValueError(f"expected some of the {size} for {name}, got none")
+    return indices
+
+
+def _indices(name: str, value: Any, size: int, tags: dict[str, ndarray], found: Found) -> ndarray:
     if isinstance(value, str):
-        if value not in (tags or {}):
-            known = sorted(tags or {})
-            raise ValueError(f"expected tags among {known} for {name}, got {shown(value)}")
-        return
-    kinds = str, list, tuple, set, ndarray
+        if value not in tags:
+            raise ValueError(f"expected tags among {sorted(tags)} for {name}, got {shown(value)}")
+        return found(value)
+    if callable(value) and not isinstance(value, type):
+        return found(value)
+    if isinstance(value, ndarray):
+        if value.dtype == bool:
+            return np.flatnonzero(checked_mask(name, value, (size,)))
+        checked_indices(name, value, size)
+        return value
     if isinstance(value, (list, tuple, set)):
         value = list(value)
+        kinds = str, list, tuple, set, ndarray
         if any(isinstance(part, kinds) or callable(part) for part in value):
-            for part in value:
-                checked_subset(name, [None] if part is None else part, size, tags)
-            return
-    if isinstance(value, ndarray) and value.dtype == bool:
-        checked_mask(name, value, (size,))
-        return
+            parts = [[None] if part is None else part for part in value]
+            own = [_indices(name, part, size, tags, found) for part in parts]
+            return np.unique(np.concatenate(own))
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    found = checked_indices(name, [value] if whole else value, size)
-    integers = isinstance(value, ndarray) and value.dtype.kind in "iu"
-    if found.size == 0 and not integers:
-        raise ValueError(f"expected some of the {size} for {name}, got none")
+    return np.unique(checked_indices(name, [value] if whole else value, size))
 
 
 def checked_quadrature(value: Any, dim: int = 2) -> tuple[ndarray, ndarray]:

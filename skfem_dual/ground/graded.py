@@ -72,7 +72,8 @@ class GradedHalfSpace(Stratified):
                 i = np.argmin(good)
                 raise ValueError(
                     f"expected {what} {span} at all depths, got {values[i]:g} at depth "
-                    f"{depth[i]:g}. Remedy: start the profile with a positive modulus at z = 0"
+                    f"{depth[i]:g}. Remedy: a profile that ends in a constant, such as "
+                    "np.interp(z, depths, values)"
                 )
 
     @classmethod

@@ -33,7 +33,7 @@ FIRST, LAST, DECAYED = 5e-5, 1600.0, 20.0
 #: polynomials, and more of them per root of the ratio of the radius to the least length
 POLYNOMIALS, MORE = 26, 3.0
 #: discs are not larger than so many least lengths of the ground; the smallest have the plain law
-SMALLEST_DISC, LARGEST_DISC = 1e-6, 100.0
+SMALLEST_DISC, LARGEST_DISC = 1e-6, 1000.0
 #: values of a law
 VALUES = 1001
 #: the factor of a law, 1 at the edge, levels off here on its way to zero and below, rounded by
@@ -80,7 +80,7 @@ class RigidDisc:
         waves = Waves.from_values(edges, x, ground.rest_of_symbol(k))
         k, f = waves.points(radius, edges[-1])
         degree = 2 * np.arange(POLYNOMIALS + int(MORE * np.sqrt(ratio)))
-        j = spherical_jn(degree[:, None], k * radius)
+        j = _spherical_bessel(degree, k * radius)
         matrix = (j * (f * radius)) @ j.T
         # beyond, the product of two of them is 1/2 (k a)^-2 in the mean, up to the sign
         sign = (-1.0) ** (degree // 2)
@@ -96,6 +96,20 @@ class RigidDisc:
         eta = np.sqrt(d / self.radius * (2 - d / self.radius))
         degree = 2 * np.arange(len(self.coefficients))
         return self.coefficients @ eval_legendre(degree[:, None], eta)
+
+
+def _spherical_bessel(degree: ndarray, x: ndarray) -> ndarray:
+    """Spherical Bessel functions of even degrees 0, 2, ... at increasing points, a row each."""
+    j = np.empty((len(degree), len(x)))
+    begin = np.searchsorted(x, degree[-1])  # beyond the degree they follow from the lower ones
+    j[:, :begin] = spherical_jn(degree[:, None], x[:begin])
+    x = x[begin:]
+    below, own = np.cos(x) / x, np.sin(x) / x
+    for n in range(degree[-1] + 1):
+        if n % 2 == 0:
+            j[n // 2, begin:] = own
+        below, own = own, (2 * n + 1) / x * own - below
+    return j
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..kernels.once import computed_once
 from .hankel import RadialTable
+from .rigid_disc import LARGEST_DISC
 from .strata import Strata
 from .stratified import Stratified
 from .substrates import HalfSpace, Substrate
@@ -16,8 +17,13 @@ from .substrates import HalfSpace, Substrate
 #: function is that of c / r in so many sizes: discs of 40 to 3900 cells, layers 20 times as soft
 #: and 30 times as stiff as the ground below
 THIN, AWAY = 0.03, 0.1
-#: unless the cells' waves feel something else, as layers on a rigid base that are springs
-ALIKE = 0.3
+#: unless the cells' waves feel something else, as layers on a rigid base that are springs, or the
+#: modulus they feel grows by more than this power of their length, as it does with the depth
+ALIKE, POWER = 0.3, 0.3
+#: and power from which on settlements are closer if pressures do not vary inside cells: discs of
+#: 150 to 2300 cells, dual ones and triangles, moduli like powers 0.2 to 1 of the depth, layers of
+#: 0.001 and 0.003 radii, 3 to 10 000 times as soft as what is below, and on a rigid base
+EVEN = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +90,39 @@ class Seen(Stratified):
 
 def seen_by(ground: Substrate, areas: ndarray) -> Substrate:
     """The ground as cells of some areas see it."""
-    if not (isinstance(ground, Stratified) and len(areas)):
-        return ground
-    size = float(np.sqrt(areas.mean()))
-    if ground.lengths[0] >= THIN * size:
+    size = _far_larger(ground, areas)
+    if not isinstance(ground, Stratified) or size is None or abs(_power(ground, size)) > POWER:
         return ground
     seen, k = Seen(ground, AWAY * size), np.pi / size
     alike = 2 * np.pi * seen.singular_coefficient / (k * float(ground.symbol(k)))
     return seen if abs(alike - 1) <= ALIKE else ground
+
+
+def even_at_edge(ground: Substrate, areas: ndarray, area: float) -> bool:
+    """Whether settlements of a flat base of some area are closer if pressures do not vary inside
+    cells of such areas at its edge.
+
+    So they are where pressures hardly grow to it, as on springs: on thin soft layers, or where the
+    modulus is proportional to the depth; and where the law of no disc reaches through a cell.
+    """
+    size = _far_larger(ground, areas)
+    if not isinstance(ground, Stratified) or size is None:
+        return False
+    reached = np.sqrt(area / np.pi) <= LARGEST_DISC * ground.lengths[0]
+    return _power(ground, size) > EVEN or not (reached or seen_by(ground, areas) is not ground)
+
+
+def _far_larger(ground: Substrate, areas: ndarray) -> float | None:
+    """Size of cells of some areas, if they are far larger than what varies in the ground."""
+    if not (isinstance(ground, Stratified) and len(areas)):
+        return None
+    size = float(np.sqrt(areas.mean()))
+    return size if ground.lengths[0] < THIN * size else None
+
+
+def _power(ground: Stratified, size: float) -> float:
+    """Power of their length like which the modulus that waves feel grows, from those of cells of
+    this size to ones four times as long: 0 of homogeneous ground, 1 of springs."""
+    k = np.pi / size * np.array([1.0, 0.25])
+    short, long = k * ground.symbol(k)
+    return float(np.log(long / short) / np.log(0.25))

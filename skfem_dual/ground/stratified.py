@@ -169,14 +169,14 @@ class Stratified:
     def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``.
 
-        Of the shape of ``radius``, which is not negative.
+        Of the shape of ``radius``, whose sign does not count.
 
         Raises
         ------
         TypeError, ValueError
             If radii are no numbers, not finite, or beyond ``farthest``.
         """
-        radius = checked_array("radius", radius, None)
+        r = np.abs(checked_array("radius", radius, None))
         table = self.remainder
-        rest = radius * table.evaluate(table.primitive_over_r, radius) / self.surface.young
-        return self.surface.primitive(radius) + rest
+        rest = r * table.evaluate(table.primitive_over_r, r) / self.surface.young
+        return self.surface.primitive(r) + rest

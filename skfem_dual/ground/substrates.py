@@ -142,14 +142,14 @@ class HalfSpace:
     def primitive(self, radius: ArrayLike) -> ndarray:
         """Integral of ``influence(r) r`` from 0 to ``radius``.
 
-        Of the shape of ``radius``, which is not negative.
+        Of the shape of ``radius``, whose sign does not count.
 
         Raises
         ------
         TypeError, ValueError
             If radii are no numbers, or not finite.
         """
-        return self.singular_coefficient * checked_array("radius", radius, None)
+        return self.singular_coefficient * np.abs(checked_array("radius", radius, None))
 
 
 def _constant(poisson: float, z: ndarray) -> tuple[ndarray, ndarray]:

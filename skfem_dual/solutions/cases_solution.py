@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray
 
+from ..arguments import place_among
 from ..contact.along_lines import has_law, on_each
 from ..contact.by_work import Alone
 from ..contact.footprint import Footprint
@@ -93,9 +94,7 @@ class CasesSolution(ReadOnly):
         return len(self.solutions)
 
     def __getitem__(self, case: int | str) -> PunchSolution:
-        if isinstance(case, str) and case not in self.names:
-            raise KeyError(f"expected the name of a case, {list(self.names)}, got {case!r}")
-        number = self.names.index(case) if isinstance(case, str) else case
+        number = place_among(self.names, "case", case)
         solution = self.solutions[number]
         if solution is None:
             raise ValueError(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
+from ..arguments import place_among
 from ..contact.by_work import Beside, Member
 from ..contact.load import Load
 from ..contact.pressed import Pressed
@@ -34,10 +35,7 @@ class PunchesSolution:
 
     def __getitem__(self, punch: int | str) -> Any:
         """Of a punch by its number or its name."""
-        names = list(self.punches.names)
-        if isinstance(punch, str) and punch not in names:
-            raise KeyError(f"expected the name of a punch, {names}, got {punch!r}")
-        return self.solutions[names.index(punch) if isinstance(punch, str) else punch]
+        return self.solutions[place_among(self.punches.names, "punch", punch)]
 
     def __len__(self) -> int:
         return len(self.solutions)

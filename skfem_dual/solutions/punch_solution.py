@@ -36,7 +36,8 @@ class PunchSolution(CellPressures):
     punch : RigidPunch
         The problem solved.
     load : Load
-        What was imposed.
+        What was imposed. Of punches that are joined or under a frame the position that was found;
+        what was imposed on the body is its ``body``.
     pressure : (n,) array of float
         Mean pressure on each cell, compression positive; a vector of ``punch.basis``.
     gap : (n,) array of float
@@ -151,7 +152,7 @@ class PunchSolution(CellPressures):
         not with the cells as those of the solution, see `LineWork`; beside structures and shaped
         punches with the cells. Likewise of shaped ones pressed over the edge of their plan while
         all of their base touches. Of others that of collocation. A settlement that is imposed is
-        returned as it is; the pressures are those of the load that moves the punch there.
+        returned, to rounding; the pressures are those of the load that moves the punch there.
         """
         return float(self.positions[0, 0])
 

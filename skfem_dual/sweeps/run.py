@@ -101,7 +101,7 @@ def sweep(
         failed.
     file : path, optional
         Results are appended to this file as they come, and cases whose results it has are not
-        run again. Failed cases are.
+        run again. Failed cases are; of equal cases as many as it has no results of.
     threads : int, optional
         Largest number of threads of BLAS, OpenMP and numba for each worker. By default the cores
         divided by the workers for a number of workers, 1 for an executor, and no limit without.
