@@ -152,3 +152,18 @@ def test_refused():
     loose[:, 7] = 0
     with pytest.raises(ValueError, match=r"got 0 of DOF 7, 1 in all"):
         Compliance(loose.tocsc(), NOTHING)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_many_plates_under_one_frame_hang_together(seed):
+    """Each turns freely and all settle together: a few DOFs by chance do not hold every one."""
+    square = MeshTri.init_tensor(*2 * [np.linspace(0, 1, 4)])
+    K, n = plate(mesh=square), 36
+    middle = CellBasis(square, ElementTriMorley()).probes(np.array([[0.51], [0.48]]))
+    feet, chain = block_diag([middle] * n), diags([1.0, -1.0], [0, 1], shape=(n - 1, n))
+    whole = csc_matrix(block_diag([K] * n) + 0.1 * feet.T @ (chain.T @ chain) @ feet)
+    order = np.random.default_rng(seed).permutation(whole.shape[0])
+    structure = Compliance(csc_matrix(whole[order][:, order]), NOTHING)
+    assert structure.motions.shape[1] == 1 + 2 * n
+    loads = structure.stiffness @ np.random.default_rng(seed).standard_normal(len(order))
+    assert structure.stiffness @ structure.displacements(loads) == pytest.approx(loads, abs=1e-9)

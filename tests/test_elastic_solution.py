@@ -866,3 +866,51 @@ def lifting(seed):
     f = LinearForm(lambda v, w: -50 * w.x[0] ** 5 * v[2]).assemble(top)
     plan = DualMesh.from_mesh(trace(mesh, "base").refined()).basis()
     return ElasticPunch(HalfSpace(30e3, 0.3), plan, basis, K, boundary="base").solve(f)
+
+
+def three_feet(seed):
+    """Three plates under a frame that bends, with nodes numbered by chance."""
+    one = MeshTri.init_tensor(*2 * [np.linspace(-0.5, 0.5, 5)])
+    mesh = one + one.translated((4.0, 0.0)) + one.translated((8.0, 0.0))
+    order = np.random.default_rng(seed).permutation(mesh.nvertices)
+    mesh = MeshTri(mesh.p[:, order], np.argsort(order)[mesh.t])
+    plate = CellBasis(mesh, ElementTriMorley())
+    K = BilinearForm(lambda u, v, w: 2e4 * ddot(dd(u), dd(v))).assemble(plate)
+    feet, bent = plate.probes(np.array([[0.0, 4, 8], [0, 0, 0]])), np.array([[1.0, -2, 1]])
+    K = K + feet.T @ csr_matrix(1e5 * bent.T @ bent) @ feet
+    weight = LinearForm(lambda v, w: 5.0 * v).assemble(plate)
+    basis = DualMesh.from_mesh(mesh).basis()
+    return ElasticPunch(HalfSpace(3e4, 0.3), basis, plate, K), weight, feet
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_feet_that_hang_from_a_point_and_turn_there_are_told(seed):
+    """What they turn by was whatever the numbering of nodes made it, with success."""
+    raft, weight, feet = three_feet(seed)
+    with pytest.warns(ConvergenceWarning, match=r"part of the structure with cell .* nowhere"):
+        lifted = raft.solve(weight + feet.T @ [300.0, 200.0, -60.0])
+    assert not lifted.success
+    assert raft.solve(weight + feet.T @ [300.0, 200.0, 100.0]).success
+
+
+@pytest.mark.parametrize("weight", [0.0, 1.0])
+def test_hinged_slabs_of_which_one_lifts_off_are_told(weight):
+    """Without a load of its own what presses on one would turn it about the hinge."""
+    one = MeshTri.init_tensor(np.linspace(0, 1, 7), np.linspace(0, 1, 7))
+    mesh = one.translated((-1.02, 0.0)) + one
+    plate = CellBasis(mesh, ElementTriMorley())
+    K = BilinearForm(lambda u, v, w: 1e3 * ddot(dd(u), dd(v))).assemble(plate)
+    right = plate.probes(np.array([[0.0, 0.0], [0.2, 0.8]]))
+    apart = right - plate.probes(np.array([[-0.02, -0.02], [0.2, 0.8]]))
+    slabs = ElasticPunch(
+        HalfSpace(1.0, 0.3), CellBasis(mesh, ElementTriP0()), plate, K + 1e4 * apart.T @ apart
+    )
+    f = weight * LinearForm(lambda v, w: v).assemble(plate)
+    f += plate.probes(np.array([[0.6], [0.5]])).T @ [1.0]
+    if not weight:
+        with pytest.warns(
+            ConvergenceWarning, match="presses on the ground nowhere|no convergence"
+        ):
+            assert not slabs.solve(f).success
+    else:
+        assert slabs.solve(f).success

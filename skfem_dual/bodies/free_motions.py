@@ -19,6 +19,8 @@ from ..operators.compliance import Compliance
 AT_REST, IDLE, ALIKE = 1e-8, 1e-6, 1e3
 #: motions that move a cell by less of what they move others are rounding there
 STILL = 1e-8
+#: and so are parts less than that of shapes of unit length
+SLIGHT = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,28 +80,45 @@ class FreeMotions:
         most = np.asarray(abs(self.trace @ moving).argmax(axis=1)).ravel()
         return readonly(part), readonly(part[most])
 
-    def untold(self, part: ndarray, loads: ndarray, rounding: float = 0.0) -> str:
-        """What moves without resistance and is not loaded, in words; none if there is no such
-        part. ``loads`` are those of any number of places, each in a part; so much of all of them
-        is ``rounding``."""
-        load = np.bincount(part, np.abs(loads), self.parts[0].max() + 1)
-        moved = np.abs(self.trace @ self.resisted).max(axis=1, initial=0.0)
-        lost = (load <= rounding * load.sum())[self.parts[1]] & (moved > STILL * moved.max())
-        if not lost.any():
-            return ""
-        cell = int(lost.argmax())
-        at = place(self.partition.centroids[:, cell])
-        whole = "the structure"
-        return whole if lost.all() else f"the part of {whole} with cell {cell} at {at}"
-
     def require_load(self, loads: ndarray) -> None:
         """Refuse loads, with a ValueError, that leave out a part of the structure of which nothing
         else tells the position. Without any load all of it stays where it is."""
-        if loads.any() and (lost := self.untold(self.parts[0], loads)):
+        part, cells = self.parts
+        load = np.bincount(part, np.abs(loads), part.max() + 1)
+        moved = np.abs(self.trace @ self.resisted).max(axis=1, initial=0.0)
+        lost = (load == 0.0)[cells] & (moved > STILL * moved.max())
+        if loads.any() and lost.any():
             raise ValueError(
-                f"expected loads on all of the structure, got none on {lost}, "
+                f"expected loads on all of the structure, got none on {self._with_cells(lost)}, "
                 "and nothing else tells its position. Remedy: its weight, or hold it, D="
             )
+
+    def untold(self, pressing: ndarray) -> str:
+        """What presses nowhere, where some cells do, (n,) array of bool, and moves without
+        resistance while these stay where they are, in words; none if nothing does."""
+        shapes, _ = np.linalg.qr(self.trace @ self.resisted)
+        _, sizes, rows = np.linalg.svd(np.linalg.qr(shapes[pressing], mode="r"))
+        moved = shapes @ rows[np.count_nonzero(sizes > SLIGHT) :].T
+        size = np.abs(moved).max(axis=1, initial=0.0)
+        lost = size > SLIGHT
+        part = self.partition.parts(lost)
+        plane = np.column_stack([np.ones(len(lost)), self.partition.centroids.T])
+        plane[:, 1:] -= plane[:1, 1:]
+        for own in (lost & (part == number) for number in np.unique(part[lost])):
+            level = np.linalg.lstsq(plane[own], moved[own], rcond=None)[0]
+            off = np.abs(plane @ level - moved).max(axis=1)
+            still = off <= IDLE * size[own].max()
+            # one that turns on a few cells that press moves as a plane through these
+            if not (still[own].all() and still[pressing].any()):
+                return self._with_cells(own)
+        return ""
+
+    def _with_cells(self, cells: ndarray) -> str:
+        """A part of the structure by some of the cells under it, in words."""
+        cell = int(cells.argmax())
+        at = place(self.partition.centroids[:, cell])
+        whole = "the structure"
+        return whole if cells.all() else f"the part of {whole} with cell {cell} at {at}"
 
     def _moved(self, motions: ndarray) -> ndarray:
         """Deflection of the ground's surface if each motion moved its DOFs as far as any others,

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, diags
+from scipy.sparse import csc_matrix, diags, identity
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
@@ -26,6 +26,9 @@ from ..kernels.once import computed_once
 
 #: DOFs split off from each part of a structure: more than a part has motions
 SPLIT = 32
+#: springs on a diagonal of ones, pivots that then are weak, how many of them are split off, and
+#: part of all DOFs that is split off where there is a mechanism
+SPRING, WEAK, MOST, MECHANISM = 1e-10, 1e-4, 2048, 0.5
 #: eigenvalues of the small matrix below so many times the largest may be zero
 NULL = 1e-9
 #: and are up to so many times what rigid motions of the whole leave, or rounding
@@ -336,22 +339,35 @@ def _parted(matrix: csc_matrix, node: ndarray) -> tuple[ndarray, ndarray, SuperL
     """A few DOFs of every part that hangs together, all the others, and factors of these.
 
     The few are taken by chance. Once in a while they do not hold the structure, as slopes of a
-    plate alone, and more of them are taken.
+    plate alone, and more of them are taken; and where hinges or frames join many plates, those by
+    which the others move with hardly any resistance.
     """
     _, part = connected_components(matrix, directed=False)
     order = np.lexsort((np.random.default_rng(0).random(len(part)), part))
     rank = np.arange(len(part)) - np.searchsorted(part[order], part[order])
-    for count in (SPLIT, 8 * SPLIT):
-        few, rest = np.sort(order[rank < count]), np.sort(order[rank >= count])
+    few, rest = np.zeros(len(node), dtype=bool), order
+    for count in (SPLIT, 8 * SPLIT, None):
+        few[_weakest(matrix, rest) if count is None else order[rank < count]] = True
+        if count is None and few.mean() > MECHANISM:
+            break
+        rest = np.nonzero(~few)[0]
         rest = rest[_order(matrix[rest][:, rest], node[rest])]
         factors = _factorised(matrix[rest][:, rest].tocsc()) if len(rest) else None
         if factors is not None or len(rest) == 0:
-            return few, rest, factors
+            return np.nonzero(few)[0], rest, factors
     raise ValueError(
         "expected a structure that moves without resistance only as rigid parts, got one with a "
         f"mechanism beyond them among its {len(node)} DOFs. Remedy: elements that are stable, "
         "full quadrature, or hold the DOFs in question, D="
     )
+
+
+def _weakest(matrix: csc_matrix, rest: ndarray) -> ndarray:
+    """Those of some DOFs, in their order of elimination, of the least pivots where springs hold
+    each by a little: of every motion without resistance there is one."""
+    own = matrix[rest][:, rest] + SPRING * identity(len(rest))
+    pivots = splu(own.tocsc(), "NATURAL", 0.0, options={"SymmetricMode": True}).U.diagonal()
+    return rest[np.argsort(pivots)[: np.count_nonzero(pivots < WEAK)][:MOST]]
 
 
 def _order(matrix: csc_matrix, node: ndarray) -> ndarray:

@@ -29,7 +29,7 @@ ALONG = 0.1
 #: work of a stiffness on its own motions that is rounding, over the root of the squares of that
 #: of its entries: up to 2 EPS on free plates and solids
 NOISE = 64 * float(np.finfo(float).eps)
-#: pressures under a part of a structure that are less of all pressures are rounding
+#: pressures under a cell that are less of all pressures are rounding
 UNLOADED = 1e-11
 #: mean deflections of cells farther from those of their middles, over the largest, are told
 BENT = 0.05
@@ -280,15 +280,16 @@ def _in_equilibrium(
             f"the equations do not hold: forces of the structure are off by {residual:.1e} of "
             f"its loads; {cause}"
         )
-    elif moved.any() and (lost := free.untold(free.parts[1], contact.pressure, UNLOADED)):
-        # without any load it stays where it is
+        return replace(contact, success=False, message=message)
+    force = np.abs(contact.pressure)
+    # without any load it stays where it is
+    if moved.any() and (lost := free.untold(force > UNLOADED * force.sum())):
         message = (
             f"{lost} presses on the ground nowhere, and nothing else tells its position. "
             "Remedy: loads that press it on the ground, or hold more of it, D="
         )
-    else:
-        return contact
-    return replace(contact, success=False, message=message)
+        return replace(contact, success=False, message=message)
+    return contact
 
 
 def _warn_if_bent(punch: Any, cells: Any, displacement: ndarray, touching: ndarray) -> None:
