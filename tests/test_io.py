@@ -625,3 +625,71 @@ def test_groups_of_reversed_lines_in_one_block(tmp_path):
     mesh = read_mesh(path)
     assert len(mesh.boundaries["edge"]) == 4
     assert len(mesh.subdomains["plan"]) == 2
+
+
+MESH_22 = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+5
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 0
+5 .5 .5 0
+$EndNodes
+$Elements
+4
+1 2 2 0 1 1 2 {}
+2 2 2 0 1 2 3 5
+3 2 2 0 1 3 4 5
+4 2 2 0 1 4 1 5
+$EndElements
+"""
+MESH_41 = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Nodes
+1 5 1 5
+2 0 0 5
+1
+2
+3
+4
+5
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+.5 .5 0
+$EndNodes
+$Elements
+1 4 1 4
+2 0 2 4
+1 1 2 {}
+2 2 3 5
+3 3 4 5
+4 4 1 5
+$EndElements
+"""
+
+
+@pytest.mark.parametrize("text", [MESH_22, MESH_41])
+def test_node_numbers_of_gmsh_begin_at_one(tmp_path, text):
+    """meshio takes the last nodes for 0 and below: the mesh was complete."""
+    path = tmp_path / "a.msh"
+    path.write_text(text.format(5))
+    assert read_mesh(path).nelements == 4
+    for number in (0, -1):
+        path.write_text(text.format(number))
+        with pytest.raises(MeshError, match=rf"numbers from 1 in .*, got {number} in element 1\."):
+            read_mesh(path)
+
+
+def test_nodes_that_a_file_does_not_define(tmp_path):
+    path = tmp_path / "a.inp"
+    path.write_text(
+        "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n*ELEMENT, TYPE=CPS3\n1, 1, 2, 9\n"
+    )
+    with pytest.raises(MeshError, match=r"names a node or a group that it does not define \(.*9"):
+        read_mesh(path)

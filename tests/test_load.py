@@ -128,3 +128,11 @@ def test_reactions_to_settlements_act_where_they_must():
     assert Load(settlement=0.01, moments=(1.0, 0.0)).point is None
     assert Load(settlement=0.01, tilt=(0.0, 0.0)).point is None
     assert Load(force=0.0).point is None
+
+
+@pytest.mark.parametrize("name", ["force", "settlement", "torsion"])
+def test_denormal_loads_are_refused(name):
+    """Plans under them were solved without end."""
+    given = {"force": 1.0} if name == "torsion" else {}
+    with pytest.raises(ValueError, match=rf"the size of {name} of at least 2.23e-308, got 1e-320"):
+        Load(**given | {name: -1e-320})

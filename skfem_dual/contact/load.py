@@ -73,7 +73,10 @@ class Load:
             raise ValueError("expected either a tilt or a load point with moments, got both")
         for name in ("force", "settlement", "torsion"):
             if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, checked_number(name, value))
+                value = checked_number(name, value)
+                if value:  # by denormal numbers nothing can be divided
+                    checked_number(f"the size of {name}", abs(value), above=0)
+                object.__setattr__(self, name, value)
         for name in ("at", "moments", "tilt", "horizontal"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, checked_pair(name, value))

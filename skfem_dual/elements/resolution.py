@@ -29,6 +29,8 @@ from ..ground.substrates import Substrate
 
 #: estimated error of the settlement from which on cells are called too coarse
 ALLOWED = 0.027
+#: and beyond which it tells nothing any more
+MOST = 10.0
 #: the fitted factor and power of how the compliance grows
 FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
@@ -209,6 +211,6 @@ def _told(
         remedy = f"ground in the units of the mesh, as even {cells} cells would be too coarse"
     return (
         f"{count} cells of a size of about {finer[0]:.3g} are too coarse for ground that varies "
-        f"over {substrate.lengths[0]:.3g}: {what} may be off by some {100 * error[0]:.0f} %. "
-        f"Remedy: {remedy}"
+        f"over {substrate.lengths[0]:.3g}: {what} may be off by some "
+        f"{100 * min(error[0], MOST):.0f} %{' and more' * bool(error[0] > MOST)}. Remedy: {remedy}"
     )

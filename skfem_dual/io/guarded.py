@@ -39,6 +39,8 @@ HEADERS = {
 }
 #: the other data sets of VTK hold no triangles, but take memory for what they promise
 UNSTRUCTURED = re.compile(rb"^\s*DATASET\s+UNSTRUCTURED_GRID\b", re.MULTILINE | re.IGNORECASE)
+#: a number of a Gmsh file below 1
+BELOW_ONE = re.compile(rb"[ \t](?:0|-\d+)\b")
 ENDLESS = "its reader does not come to an end; the file is damaged or cut off"
 #: what files begin with that are workbooks or other archives, new and old
 ARCHIVES = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
@@ -126,6 +128,8 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
         )
     if "xdmf" in formats:
         _require_files_named_in(path)
+    if "gmsh" in formats:
+        _require_node_numbers(path)
     if _is_steady(path, formats):
         outcome, found = reader.read(str(path), file_format)
     else:
@@ -185,6 +189,32 @@ def _promises_little(content: mmap, size: int) -> bool:
         return False
     large = re.compile(rb"^[ \t]*(?:\d+[ \t]+)*\d{%d,}\b(?!\.)" % len(str(size)), re.MULTILINE)
     return not large.search(content, begin, end)
+
+
+def _require_node_numbers(path: Path) -> None:
+    """Refuse cells of a Gmsh file in text with node numbers below 1: the reader would take other
+    nodes for them."""
+    content = path.read_bytes()
+    begin, end = content.find(b"$Elements"), content.find(b"$EndElements")
+    version = content[: content.find(b"$EndMeshFormat")].split()[1:3]
+    if begin < 0 or version[1:] != [b"0"] or not BELOW_ONE.search(content, begin, end):
+        return
+    grouped, left = version[0].startswith(b"4"), 0
+    for line in content[begin:end].splitlines()[2:]:
+        try:
+            fields = [int(field) for field in line.split()]
+            if grouped and not left:  # the head of a block
+                left = fields[3]
+                continue
+            left -= 1
+            nodes = fields[1:] if grouped else fields[3 + fields[2] :]
+        except (ValueError, IndexError):  # damaged, of which the reader tells
+            return
+        if min(nodes, default=1) < 1:
+            raise MeshError(
+                f"expected node numbers from 1 in {path}, got {min(nodes)} in element {fields[0]}."
+                " Remedy: number the nodes from 1, as in the section $Nodes"
+            )
 
 
 def _largest_binary_number(nodes: bytes) -> float:

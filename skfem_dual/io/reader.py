@@ -27,6 +27,9 @@ def read(path: str, file_format: str | None) -> tuple[str, Any]:
         return "missing", error.name or str(error)
     except MemoryError:
         return "error", "it asks for far more memory than the file is large"
+    except (KeyError, IndexError) as error:  # whose words are a number or a name
+        where = told.getvalue().strip() or str(error)
+        return "error", f"it names a node or a group that it does not define ({where})"
     except (Exception, SystemExit) as error:  # noqa: BLE001 - told to the caller
         return "error", told.getvalue().strip() or str(error) or type(error).__name__
     kept = ("points", "cell_data", "point_data", "field_data", "cell_sets")
