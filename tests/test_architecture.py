@@ -156,6 +156,7 @@ LAYERS = [
         "operators.iterative",
         "operators.dense_solver",
         "operators.guided",
+        "operators.semidefinite",
         "operators.compliance",
         "operators.small_compliance",
         "operators.yielding",

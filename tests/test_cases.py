@@ -356,10 +356,12 @@ def test_a_body_of_a_group_on_which_nothing_slides_stops_no_other_case():
 
 
 def test_cases_by_number_and_places_of_reactions():
-    cases = punch(disc(2)).solve_many(
-        [{"settlement": 0.01, "at": (0.1, 0.0)}, {"settlement": 0.01, "at": (9.0, 0.0)}]
-    )
+    loads = [{"settlement": 0.01, "at": (0.1, 0.0)}, {"settlement": 0.01, "at": (9.0, 0.0)}]
+    with pytest.warns(ConvergenceWarning, match="1 of 2 load cases without a solution"):
+        cases = punch(disc(2)).solve_many(loads)
     assert cases.success.tolist() == [True, False]
     assert cases.point == pytest.approx(np.array([[0.1, 9.0], [0.0, 0.0]]))
     with pytest.raises(IndexError, match="expected a case from 0 to 1, got 2"):
         cases[2]
+    nothing = punch(disc(2)).solve_many([{"settlement": -0.01}, {"settlement": 0.01}])
+    assert np.isnan(nothing.point).tolist() == [[True, False]] * 2

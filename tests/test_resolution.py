@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from marks import slow
-from skfem import CellBasis, ElementTriP0
+from skfem import CellBasis, ElementTriP0, MeshTri
 
 from skfem_dual import (
     ConvergenceWarning,
@@ -22,6 +22,7 @@ from skfem_dual import (
     ResolutionWarning,
     RigidPunch,
     RigidPunches,
+    postprocess,
 )
 from skfem_dual.elements.resolution import coarseness, too_coarse
 from skfem_dual.grids.generate import disc
@@ -227,7 +228,9 @@ def test_bonded_bases_that_move_against_forces_are_refused():
         (GradedHalfSpace.init_linear(1.0, 0.3, 1e3), "constant"),
         (LayeredHalfSpace([Layer(1e-3, 1.0, 0.45)], "bonded"), "constant"),
         (GradedHalfSpace.init_power(1.0, 0.3, 0.5, 1e-3), "singular"),
+        (LayeredHalfSpace([Layer(5e-4, 1.0, 0.3), Layer(0.0995, 1.0, 0.3)], "bonded"), "singular"),
         *slow(
+            (GradedHalfSpace.init_power(1.0, 0.3, 0.45, 9e-4), "singular"),
             (GradedHalfSpace.init_linear(1.0, 0.5, 1e3), "constant"),
             (GradedHalfSpace.init_power(1.0, 0.3, 0.8, 1e-3), "constant"),
             (GradedHalfSpace.init_power(1.0, 0.3, 0.2, 1e-3), "singular"),
@@ -258,3 +261,29 @@ def test_edges_follow_the_ground():
     shaped = RigidPunch(steep, BASES[150], gap=Paraboloid(50.0))
     assert not shaped.edge_by_contact
     assert RigidPunch(even, BASES[150], gap=Paraboloid(50.0)).edge_by_contact
+
+
+@pytest.mark.parametrize("grid", ["dual", "primal"])
+def test_bounds_have_the_edge_of_the_solution(grid):
+    """Cells of the other grid are of another size, for which another edge would be chosen."""
+    mesh = MeshTri.init_sqsymmetric().refined(2)
+    dual, origin = DualMesh.from_mesh(mesh), tuple(mesh.p.mean(axis=1))
+    ground = GradedHalfSpace.init_linear(1.0, 0.3, 384.0)
+    grids = {"dual": dual.basis(), "primal": dual.primal_basis()}
+    punches = {name: RigidPunch(ground, basis, origin=origin) for name, basis in grids.items()}
+    assert {name: str(punch.edge) for name, punch in punches.items()} == {
+        "dual": "singular",
+        "primal": "constant",
+    }
+    solution = punches[grid].solve(1.0)
+    low, high = solution.bounds.settlement
+    assert low < solution.settlement < high
+
+
+def test_fields_on_ground_like_springs_do_not_grow_to_the_edge():
+    """Pressures are those of the cells, but for a thousandth of the radius."""
+    ground = LayeredHalfSpace([Layer(1e-3, 1.0, 0.3)], "bonded")
+    dual = DualMesh.from_mesh(disc(n=150))
+    on = [RigidPunch(ground, basis).solve(1.0) for basis in (dual.basis(), dual.primal_basis())]
+    assert not on[0].punch.sharp_edge
+    assert postprocess(*on).values.max() == pytest.approx(1 / np.pi, rel=5e-3)

@@ -77,6 +77,14 @@ class Body(FromFields, ABC):
             object.__setattr__(self, "edge_by_contact", by_contact and grows)
 
     @property
+    def sharp_edge(self) -> bool:
+        """Whether pressures grow to the edge of the plan, whether or not they do inside cells; of
+        shaped bodies whether they were chosen to."""
+        return self.edge == "singular" or (
+            self.gap is None and grows_to_edge(self.substrate, self.basis)
+        )
+
+    @property
     @abstractmethod
     def footprint(self) -> Footprint:
         """The cells under the body, with all that pressures and gaps depend on."""

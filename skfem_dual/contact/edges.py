@@ -40,8 +40,7 @@ def grows_to_edge(substrate: Substrate, basis: CellBasis) -> bool:
     if not isinstance(substrate, Stratified):
         return True
     cells = Partition.from_basis(basis)
-    edge = cells.areas[cells.f2c[0, edge_ribs(cells)]]
-    return not even_at_edge(substrate, edge, float(cells.areas.sum()))
+    return not even_at_edge(substrate, cells.areas[cells.f2c[0, edge_ribs(cells)]])
 
 
 def weights_of(

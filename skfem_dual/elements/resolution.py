@@ -159,11 +159,12 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     if sloped:
         k = np.pi / (finer * usual / h)
         edge = partition.areas[partition.f2c[0, edge_ribs(partition)]]
-        if even_at_edge(substrate, edge, float(partition.areas.sum())):
+        if even_at_edge(substrate, edge):
             return (
                 f"no law of the edge holds on ground that varies over {substrate.lengths[0]:.3g} "
                 f"inside cells of a size of about {np.sqrt(edge.mean()):.3g}: settlements may be "
-                'off by some per cent, or by far more. Remedy: edge="constant"'
+                'off by some per cent, or by far more. Remedy: edge="constant" and no '
+                "edge_boundaries"
             )
         c = seen_by(substrate, edge).singular_coefficient
         near = 2 * np.pi * c / (k * substrate.symbol(k))

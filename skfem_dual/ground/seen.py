@@ -24,6 +24,11 @@ ALIKE, POWER = 0.3, 0.3
 #: 150 to 2300 cells, dual ones and triangles, moduli like powers 0.2 to 1 of the depth, layers of
 #: 0.001 and 0.003 radii, 3 to 10 000 times as soft as what is below, and on a rigid base
 EVEN = 0.6
+#: and the same from waves of so much of cells to those of cells: 0.5 to 1.2 of such springs, up to
+#: 0.3 of skins on layers
+EVEN_INSIDE = 0.45
+#: the law of a disc reaches through cells if it is so many times as large
+THROUGH = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +103,9 @@ def seen_by(ground: Substrate, areas: ndarray) -> Substrate:
     return seen if abs(alike - 1) <= ALIKE else ground
 
 
-def even_at_edge(ground: Substrate, areas: ndarray, area: float) -> bool:
-    """Whether settlements of a flat base of some area are closer if pressures do not vary inside
-    cells of such areas at its edge.
+def even_at_edge(ground: Substrate, areas: ndarray) -> bool:
+    """Whether settlements of a flat base are closer if pressures do not vary inside cells of some
+    areas at its edge.
 
     So they are where pressures hardly grow to it, as on springs: on thin soft layers, or where the
     modulus is proportional to the depth; and where the law of no disc reaches through a cell.
@@ -108,8 +113,10 @@ def even_at_edge(ground: Substrate, areas: ndarray, area: float) -> bool:
     size = _far_larger(ground, areas)
     if not isinstance(ground, Stratified) or size is None:
         return False
-    reached = np.sqrt(area / np.pi) <= LARGEST_DISC * ground.lengths[0]
-    return _power(ground, size) > EVEN or not (reached or seen_by(ground, areas) is not ground)
+    reached = THROUGH * size <= LARGEST_DISC * ground.lengths[0]
+    # under a skin on a layer longer waves alone feel springs
+    springs = _power(ground, size) > EVEN and _power(ground, AWAY * size, 1 / AWAY) > EVEN_INSIDE
+    return springs or not (reached or seen_by(ground, areas) is not ground)
 
 
 def _far_larger(ground: Substrate, areas: ndarray) -> float | None:
@@ -120,9 +127,9 @@ def _far_larger(ground: Substrate, areas: ndarray) -> float | None:
     return size if ground.lengths[0] < THIN * size else None
 
 
-def _power(ground: Stratified, size: float) -> float:
+def _power(ground: Stratified, size: float, longer: float = 4.0) -> float:
     """Power of their length like which the modulus that waves feel grows, from those of cells of
-    this size to ones four times as long: 0 of homogeneous ground, 1 of springs."""
-    k = np.pi / size * np.array([1.0, 0.25])
+    this size to ones so many times as long: 0 of homogeneous ground, 1 of springs."""
+    k = np.pi / size * np.array([1.0, 1 / longer])
     short, long = k * ground.symbol(k)
-    return float(np.log(long / short) / np.log(0.25))
+    return float(-np.log(long / short) / np.log(longer))

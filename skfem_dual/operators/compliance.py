@@ -1,14 +1,7 @@
 """What a structure yields under loads: a generalised inverse of its stiffness, and its motions.
 
-A free structure moves without resistance: its stiffness K is singular. A few DOFs, spread over
-every part of it, are split off; held by them the rest is positive definite and factorised once.
-The Schur complement, the stiffness against displacements of the few, is a small matrix whose null
-space is that of K, told apart by its eigenvalues however fine the mesh is. With its
-pseudo-inverse the factors give a symmetric generalised inverse of K.
-
-Source: C. Farhat and F.-X. Roux, A method of finite element tearing and interconnecting and its
-parallel solution algorithm, Int. J. Numer. Meth. Engng 32 (1991), where floating parts of
-structures are solved by generalised inverses in the same way.
+A free structure moves without resistance: its stiffness K is singular, and solved by a symmetric
+generalised inverse, see `Split`.
 """
 
 from dataclasses import dataclass
@@ -16,22 +9,15 @@ from typing import Any
 
 import numpy as np
 from numpy import ndarray
-from scipy.sparse import csc_matrix, diags, identity
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse import csc_matrix, diags
 
 from ..arguments import checked_indices
 from ..grids.polygons import readonly
 from ..kernels.once import computed_once
+from .semidefinite import Split, whole_work
 
-#: DOFs split off from each part of a structure: more than a part has motions
-SPLIT = 32
-#: springs on a diagonal of ones, pivots that then are weak, how many of them are split off, and
-#: part of all DOFs that is split off where there is a mechanism
-SPRING, WEAK, MOST, MECHANISM = 1e-10, 1e-4, 2048, 0.5
-#: eigenvalues of the small matrix below so many times the largest may be zero
-NULL = 1e-9
-#: and are up to so many times what rigid motions of the whole leave, or rounding
+#: eigenvalues that may be zero are up to so many times what rigid motions of the whole leave, or
+#: rounding
 NOISE, EPS = 16, float(np.finfo(float).eps)
 #: shapes on which the stiffness does less work, over that of its entries, are rigid motions
 RIGID = 1e-8
@@ -39,8 +25,6 @@ RIGID = 1e-8
 SMALL = 1e-12
 #: shapes are motions that the factors found, if so much of them is in their span
 SAME = 0.999
-#: pivots, of a matrix with a diagonal of ones, below which it is singular
-SINGULAR = 1e-10
 #: entries may differ from those of the transpose by so many times the diagonal
 ASYMMETRY = 1e-9
 
@@ -103,7 +87,7 @@ class Compliance:
         return (diags(unit) @ (K + K.T) @ diags(unit) / 2).tocsc(), unit
 
     @computed_once
-    def _inverse(self) -> "_Split":
+    def _inverse(self) -> Split:
         n = len(self._free)
         node = np.arange(n)
         if self.places is not None:
@@ -111,7 +95,7 @@ class Compliance:
             placed = np.nonzero(np.isfinite(x).all(axis=0))[0]  # others, as bubbles, are alone
             found = np.unique(x[:, placed], axis=1, return_inverse=True)[1].reshape(len(placed))
             node[placed] = n + found
-        return _Split.from_matrix(self._scaled[0], node, self._rounding)
+        return Split.from_matrix(self._scaled[0], node, self._rounding)
 
     @computed_once
     def units(self) -> ndarray:
@@ -239,15 +223,6 @@ def asymmetric(K: Any, i: int, j: int) -> ValueError:
     )
 
 
-def negative(value: float, dof: int) -> ValueError:
-    """What is wrong with one that has an eigenvalue below zero, over the largest."""
-    return ValueError(
-        "expected a positive semidefinite stiffness, got one with negative energy: "
-        f"{value:.2e} of the largest, near DOF {dof}. "
-        "Remedy: check the signs of its forms, and assemble them in double precision"
-    )
-
-
 def checked_dofs(D: Any, n: int) -> ndarray:
     """DOFs out of n, in any form that scikit-fem's `condense` takes.
 
@@ -265,139 +240,9 @@ def checked_dofs(D: Any, n: int) -> ndarray:
     return np.unique(checked_indices("D", D, n, each="place"))
 
 
-@dataclass(frozen=True, eq=False)
-class _Split:
-    """A symmetric semidefinite matrix by factors of a part and the Schur complement of the rest.
-
-    Attributes
-    ----------
-    few, rest : (k,) and (n - k,) array of int
-        The DOFs split off, and the others.
-    factors : SuperLU or None
-        Of the rest; None if there is nothing.
-    coupling : (n - k, k) array of float
-        Displacements of the rest, less the sign, by unit ones of the few.
-    small : (k, k) array of float
-        Pseudo-inverse of the Schur complement.
-    null : (n, m) array of float
-        Null space of the matrix.
-    """
-
-    few: ndarray
-    rest: ndarray
-    factors: SuperLU | None
-    coupling: ndarray
-    small: ndarray
-    null: ndarray
-
-    @classmethod
-    def from_matrix(cls, matrix: csc_matrix, node: ndarray, noise: float) -> "_Split":
-        n = matrix.shape[0]
-        few, rest, factors = _parted(matrix, node)
-        between = matrix[rest][:, few].toarray()
-        coupling = between if factors is None else factors.solve(between)
-        schur = matrix[few][:, few].toarray() - between.T @ coupling
-        values, vectors = np.linalg.eigh((schur + schur.T) / 2)
-        top = np.abs(values).max(initial=0.0)
-        if len(values) and values[0] < -NULL * max(top, 1.0):
-            raise negative(values[0], few[np.abs(vectors[:, 0]).argmax()])
-        zero = values <= NULL * top
-        null = np.empty((n, np.count_nonzero(zero)))
-        null[few] = vectors[:, zero]
-        null[rest] = -coupling @ vectors[:, zero]
-        # thin sheets bend by as little, but by more than rounding
-        none = values[zero] <= noise * np.maximum(_whole(matrix, null), top)
-        zero[zero], null = none, null[:, none]
-        small = vectors[:, ~zero] / values[~zero] @ vectors[:, ~zero].T
-        return cls(few, rest, factors, coupling, small, null)
-
-    def solve(self, rhs: ndarray) -> ndarray:
-        out = np.empty(rhs.shape)
-        inner = rhs[self.rest]
-        out[self.few] = self.small @ (rhs[self.few] - self.coupling.T @ inner)
-        if self.factors is not None:
-            out[self.rest] = self.factors.solve(np.asfortranarray(inner))
-            out[self.rest] -= self.coupling @ out[self.few]
-        return out
-
-
-def _whole(matrix: csc_matrix, moved: ndarray) -> ndarray:
-    """Work of all entries of a matrix, as if none cancelled, on displacements (n, m)."""
-    ways = np.abs(moved)
-    return np.sum(ways * (abs(matrix) @ ways), axis=0)
-
-
 def _by_work(matrix: csc_matrix, shapes: ndarray) -> tuple[ndarray, ndarray, ndarray]:
     """Orthonormal sums of shapes, by the work that the matrix does on them; that and `_whole`."""
     span, _ = np.linalg.qr(shapes)
     work, vectors = np.linalg.eigh(span.T @ (matrix @ span))
     moved = span @ vectors
-    return moved, work, _whole(matrix, moved)
-
-
-def _parted(matrix: csc_matrix, node: ndarray) -> tuple[ndarray, ndarray, SuperLU | None]:
-    """A few DOFs of every part that hangs together, all the others, and factors of these.
-
-    The few are taken by chance. Once in a while they do not hold the structure, as slopes of a
-    plate alone, and more of them are taken; and where hinges or frames join many plates, those by
-    which the others move with hardly any resistance.
-    """
-    _, part = connected_components(matrix, directed=False)
-    order = np.lexsort((np.random.default_rng(0).random(len(part)), part))
-    rank = np.arange(len(part)) - np.searchsorted(part[order], part[order])
-    few, rest = np.zeros(len(node), dtype=bool), order
-    for count in (SPLIT, 8 * SPLIT, None):
-        few[_weakest(matrix, rest) if count is None else order[rank < count]] = True
-        if count is None and few.mean() > MECHANISM:
-            break
-        rest = np.nonzero(~few)[0]
-        rest = rest[_order(matrix[rest][:, rest], node[rest])]
-        factors = _factorised(matrix[rest][:, rest].tocsc()) if len(rest) else None
-        if factors is not None or len(rest) == 0:
-            return np.nonzero(few)[0], rest, factors
-    raise ValueError(
-        "expected a structure that moves without resistance only as rigid parts, got one with a "
-        f"mechanism beyond them among its {len(node)} DOFs. Remedy: elements that are stable, "
-        "full quadrature, or hold the DOFs in question, D="
-    )
-
-
-def _weakest(matrix: csc_matrix, rest: ndarray) -> ndarray:
-    """Those of some DOFs, in their order of elimination, of the least pivots where springs hold
-    each by a little: of every motion without resistance there is one."""
-    own = matrix[rest][:, rest] + SPRING * identity(len(rest))
-    pivots = splu(own.tocsc(), "NATURAL", 0.0, options={"SymmetricMode": True}).U.diagonal()
-    return rest[np.argsort(pivots)[: np.count_nonzero(pivots < WEAK)][:MOST]]
-
-
-def _order(matrix: csc_matrix, node: ndarray) -> ndarray:
-    """Order of elimination with little fill: minimum degree on the graph of the nodes.
-
-    Source: C. Ashcraft, Compressed graphs and the minimum degree algorithm, SIAM J. Sci. Comput.
-    16 (1995): on groups of DOFs it is sooner done and leaves less fill than on single ones.
-    """
-    if len(node) == 0:
-        return node
-    _, node = np.unique(node, return_inverse=True)
-    to_nodes = csc_matrix((np.ones(len(node)), (node, np.arange(len(node)))))
-    graph = (to_nodes @ abs(matrix) @ to_nodes.T).tocsc()
-    graph.data[:] = -1.0
-    graph.setdiag(len(node))  # any positive definite matrix will do
-    factors = splu(graph, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
-    return np.argsort(factors.perm_c[node], kind="stable")
-
-
-def _factorised(matrix: csc_matrix) -> SuperLU | None:
-    """Factors without pivoting, so that the pivots tell the signs; None of a singular matrix."""
-    try:
-        factors = splu(matrix, "NATURAL", 0.0, options={"SymmetricMode": True})
-    except RuntimeError:  # exactly singular
-        return None
-    pivots = factors.U.diagonal()
-    wrong = pivots[pivots < SINGULAR]
-    if len(wrong) and wrong[0] < -SINGULAR:  # those after a zero say nothing
-        raise ValueError(
-            "expected a positive semidefinite stiffness, got one with negative energy: pivot "
-            f"{wrong[0]:.2e} of a diagonal of ones. Remedy: check the signs of its forms"
-        )
-    return None if len(wrong) else factors
+    return moved, work, whole_work(matrix, moved)

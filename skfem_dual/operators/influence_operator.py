@@ -66,7 +66,8 @@ class InfluenceOperator(LinearOperator):
         ready for some twenty products and fits into the memory. The grid is that of rectangles
         along the axes, all of one size, in any of its places: a uniform MeshQuad or a part of it.
     edge : {"singular", "constant"}, EdgeWeights or Slopes
-        How the pressure varies inside cells, see `RigidPunch`; with weights alone by them alone.
+        How the pressure varies inside cells, see `RigidPunch`, whatever the ground; with weights
+        alone by them alone.
     collocation : {"centroid", "node"} or (2, m) array of float
         Where settlements are found: in a point of each cell, or in any points of the surface.
     like : InfluenceOperator, optional

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 
-from .compliance import ASYMMETRY, NULL, SMALL, asymmetric, negative
+from .compliance import ASYMMETRY, SMALL, asymmetric
+from .semidefinite import NULL, negative
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,7 +168,7 @@ def postprocess(
     solutions = on_cells, on_triangles
     if edge is None:
         # a shaped punch has contact that ends inside its plan, without a singularity
-        sharp = any(s.punch.gap is None or s.punch.edge == "singular" for s in solutions)
+        sharp = any(s.punch.sharp_edge for s in solutions)
         edge = "singular" if sharp else "constant"
     checked_choice("edge", edge, ("singular", "constant"))
     conserve = checked_flag("conserve", conserve)

@@ -140,7 +140,7 @@ def pressure_section(solution: CellPressures, plan: LoadedPlan) -> Html:
     punch, p = solution.punch, solution.pressure
     most, least = int(np.argmax(p)), int(np.argmin(p))
     places = punch.partition.centroids
-    sharp = punch.gap is None or punch.edge == "singular"
+    sharp = punch.sharp_edge
     away = bearing_pressure(solution)
     unit, length = plan.units.pressure, symbol(plan.units.length)
     rows: list[tuple] = [

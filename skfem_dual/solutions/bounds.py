@@ -289,4 +289,5 @@ def _on(punch: Any, grid: str, collocation: str) -> Any:
     dual = basis.dual if isinstance(basis, CellwiseBasis) else DualMesh.from_mesh(basis.mesh)
     other = dual.basis() if grid == "dual" else dual.primal_basis()
     symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
-    return replace(punch, basis=other, collocation=collocation, symmetry=symmetry)
+    edge = str(punch.edge) if punch.gap is None else punch.edge  # whatever the size of its cells
+    return replace(punch, basis=other, edge=edge, collocation=collocation, symmetry=symmetry)

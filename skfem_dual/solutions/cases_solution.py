@@ -120,6 +120,7 @@ class CasesSolution(ReadOnly):
         """Where the resultant acts, in the coordinates of the mesh; shape (2, k)."""
         found = self._of(lambda s: s.centre_of_pressure, (2,))
         imposed = np.array([load.point or (np.nan, np.nan) for load in self.loads])
+        imposed[self.force == 0.0] = np.nan  # nothing acts there
         x = np.where(np.isfinite(imposed), imposed, found) + np.array(self.footprint.origin)
         return readonly(x.T)
 

@@ -113,7 +113,7 @@ class Subject:
             Field.together(pressed),
             ContactRegion.together([solution.contact_region for solution in solutions]),
             title,
-            any(s.punch.gap is None or s.punch.edge == "singular" for s in solutions),
+            any(s.punch.sharp_edge for s in solutions),
         )
 
 
