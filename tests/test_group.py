@@ -1032,3 +1032,44 @@ def test_joined_punches_with_a_symmetry_of_their_own():
     group = RigidPunches(halves, joined=[(0, 1)])
     assert group.members[0].symmetry == "auto"
     assert np.isfinite(group.members[0].stiffness()).all()
+
+
+@pytest.mark.filterwarnings("ignore:contact on 4 of 41 cells")
+def test_frames_that_no_forces_balance_by_work_have_the_position_by_collocation():
+    """Of a foot loaded 100 times less than the other, on which force and frame all but cancel: it
+    was told of positions imposed, of which there are none."""
+    soil, beam = HalfSpace(30e3, 0.3), np.array([1, 1.25, 0, -1, 1.25, 0.0])
+    feet = [
+        RigidPunch(soil, DualMesh.from_mesh(mesh.translated((x, 0.0))).basis(), origin=(x, 0.0))
+        for mesh in [generate.rectangle(1.5, 1.5, n=40)]
+        for x in (0.0, 2.5)
+    ]
+    group = RigidPunches(feet, stiffness=1e5 * np.outer(beam, beam))
+    with pytest.warns(ResolutionWarning, match="the position is that by collocation"):
+        found = group.solve([{"force": 10.0, "at": (0.4, 0.3)}, {"force": 0.1}])
+    assert all(solution.success for solution in found)
+    assert [s.force for s in found] == pytest.approx([9.8625, 0.2375], rel=0.03)
+    assert sum(s.force for s in found) == pytest.approx(10.1, rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:contact on 3 of 61 cells")
+def test_the_active_set_begins_anew_where_contact_shrank_to_nothing():
+    """A ball beside a slab, off its middle: from full contact too few cells are left."""
+    soil = HalfSpace(30e3, 0.3)
+    slab, ball = (
+        RigidPunch(
+            soil,
+            DualMesh.from_mesh(generate.rectangle(2.0, 2.0, n=60).translated((x, 0.0))).basis(),
+            origin=(x, 0.0),
+            gap=gap,
+        )
+        for x, gap in ((0.0, None), (3.0, lambda x: ((x[0] - 3) ** 2 + x[1] ** 2) / 20))
+    )
+    loads = [{"force": 100.0}, {"force": 10.0, "at": (0.2, 0.1)}]
+    found = {
+        method: RigidPunches([slab, ball]).solve(loads, method=method)
+        for method in ("auto", "active-set")
+    }
+    for by_auto, by_set in zip(*found.values(), strict=True):
+        assert by_set.success
+        assert by_set.settlement == pytest.approx(by_auto.settlement, rel=1e-6)

@@ -222,6 +222,13 @@ class RigidBodies(FromFields, ABC):
             acting, compliances = held
             start = None if last.touching.all() else last.pressure
             last, position = self._collocated(Constraints.forces(acting), how, start)
+            if not last.success and constraints.frame is not None:  # no position is imposed
+                warn(
+                    "the position is that by collocation: under the forces that by work balance "
+                    f"the frame no contact is found ({last.message}). Remedy: smaller cells",
+                    ResolutionWarning,
+                )
+                return by_points
             if not last.success:
                 return unmet(found[0], last), found[1]
             found = replace(last, compliances=compliances), position

@@ -124,7 +124,7 @@ def _lines(problem: Any, pressure: ndarray, gap: ndarray) -> tuple[LineWeights |
     for cells, own, wide in each:
         fit = cells.weights is None and cells.collocation == "centroid"
         edge = None
-        if wide and fit and problem.system.gap[own].any():
+        if wide and fit and problem.system.gap[own].any() and not cells.on_springs:
             modulus = cells.contact_modulus
             edge = cells.triangles.fitted(pressure[own], gap[own], modulus).segments(1)
         if edge is None or edge.starts[-1] == 0:

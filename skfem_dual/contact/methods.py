@@ -69,7 +69,7 @@ def _unilateral(
         contact = _contact(system, problem, how, start)
         if not contact.success or noise(problem, contact):
             other = apart(problem, True) or apart(problem)
-            if other is None and method != "active-set":
+            if other is None:
                 other = _from_all(system, problem, gap_rtol)
             contact = other or contact
     else:

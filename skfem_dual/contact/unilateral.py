@@ -61,7 +61,7 @@ class How(NamedTuple):
 
 
 def active_set(
-    problem: ContactProblem, contact: ndarray, most: int = 100, singular: bool = False
+    problem: ContactProblem, contact: ndarray, most: int = 300, singular: bool = False
 ) -> Contact:
     """Primal-dual active set for a dense matrix.
 

@@ -43,7 +43,7 @@ BONDED, BONDED_TRIANGLES = 3e-4, 2.4e-3
 CRUST = 1.5
 #: how many times as soft as the ground under a cell a surface without end would be where the error
 #: is that of the whole; and the same of triangles
-CANCELLED, IN_TRIANGLES = 150.0, 100.0
+CANCELLED, IN_TRIANGLES = 150.0, 60.0
 #: sizes of cells whose moments remain numbers, and those of the ground's waves
 SIZES = 1e-20, 1e20
 #: cells smaller than so many lengths of the ground need not be looked at, and larger ones than so

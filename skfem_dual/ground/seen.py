@@ -18,8 +18,9 @@ from .substrates import HalfSpace, Substrate
 #: and 30 times as stiff as the ground below
 THIN, AWAY = 0.03, 0.1
 #: unless the cells' waves feel something else, as layers on a rigid base that are springs, or the
-#: modulus they feel grows by more than this power of their length, as it does with the depth
-ALIKE, POWER = 0.3, 0.3
+#: modulus they feel grows by more than this power of their length, as it does with the depth, or
+#: the influence function is another at so many times that distance
+ALIKE, POWER, FARTHER = 0.3, 0.3, 3.0
 #: and power from which on settlements are closer if pressures do not vary inside cells: discs of
 #: 150 to 2300 cells, dual ones and triangles, moduli like powers 0.2 to 1 of the depth, layers of
 #: 0.001 and 0.003 radii, 3 to 10 000 times as soft as what is below, and on a rigid base
@@ -29,6 +30,9 @@ EVEN = 0.6
 EVEN_INSIDE = 0.45
 #: the law of a disc reaches through cells if it is so many times as large
 THROUGH = 3.0
+#: where waves of cells feel ground so many times as stiff as the surface, what is weighted and
+#: what is not nearly cancel
+HARD = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +102,10 @@ def seen_by(ground: Substrate, areas: ndarray) -> Substrate:
     size = _far_larger(ground, areas)
     if not isinstance(ground, Stratified) or size is None or abs(_power(ground, size)) > POWER:
         return ground
-    seen, k = Seen(ground, AWAY * size), np.pi / size
-    alike = 2 * np.pi * seen.singular_coefficient / (k * float(ground.symbol(k)))
-    return seen if abs(alike - 1) <= ALIKE else ground
+    seen = Seen(ground, AWAY * size)
+    inside = FARTHER * seen.distance * ground.influence(FARTHER * seen.distance)
+    alike = np.array([_hardness(seen, size), seen.singular_coefficient / inside])
+    return seen if (np.abs(alike - 1) <= ALIKE).all() else ground
 
 
 def even_at_edge(ground: Substrate, areas: ndarray) -> bool:
@@ -108,15 +113,28 @@ def even_at_edge(ground: Substrate, areas: ndarray) -> bool:
     areas at its edge.
 
     So they are where pressures hardly grow to it, as on springs: on thin soft layers, or where the
-    modulus is proportional to the depth; and where the law of no disc reaches through a cell.
+    modulus is proportional to the depth; where the surface is far softer than what cells feel; and
+    where the law of no disc reaches through a cell.
     """
     size = _far_larger(ground, areas)
     if not isinstance(ground, Stratified) or size is None:
         return False
-    reached = THROUGH * size <= LARGEST_DISC * ground.lengths[0]
     # under a skin on a layer longer waves alone feel springs
-    springs = _power(ground, size) > EVEN and _power(ground, AWAY * size, 1 / AWAY) > EVEN_INSIDE
-    return springs or not (reached or seen_by(ground, areas) is not ground)
+    if _power(ground, size) > EVEN and _power(ground, AWAY * size, 1 / AWAY) > EVEN_INSIDE:
+        return True
+    if seen_by(ground, areas) is not ground:
+        return False
+    reach, hardness = LARGEST_DISC * ground.lengths[0], _hardness(ground, size)
+    # a thin layer of much the same ground may lie anywhere
+    level = size <= reach or abs(_power(ground, reach, size / reach)) <= POWER
+    known = THROUGH * size <= reach or (hardness <= 1 + ALIKE and level)
+    return hardness > HARD or not known
+
+
+def _hardness(ground: Stratified, size: float) -> float:
+    """How many times as stiff as its part ``c / r`` waves of cells of this size feel a ground."""
+    k = np.pi / size
+    return float(2 * np.pi * ground.singular_coefficient / (k * ground.symbol(k)))
 
 
 def _far_larger(ground: Substrate, areas: ndarray) -> float | None:
