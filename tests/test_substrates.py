@@ -6,6 +6,7 @@ from scipy.integrate import quad
 
 from skfem_dual import GradedHalfSpace, HalfSpace, Layer, LayeredHalfSpace
 from skfem_dual.errors import ConvergenceError
+from skfem_dual.ground.seen import modulus_felt
 
 
 def test_boussinesq():
@@ -103,3 +104,20 @@ def test_profiles_that_leave_their_range_below():
         GradedHalfSpace.init_profile(lambda z: 1 + z, lambda z: 0.3 + 0.3 * z)
     with pytest.raises(ValueError, match=r"young positive at all depths, got -.* np.interp"):
         GradedHalfSpace.init_profile(lambda z: 1 - 0.3 * z, 0.3)
+
+
+@pytest.mark.parametrize(
+    "ground",
+    [
+        GradedHalfSpace.init_linear(1.0, 0.3, 5.0),
+        LayeredHalfSpace([Layer(0.3, 1.0, 0.45)], "bonded"),
+        LayeredHalfSpace([Layer(0.1, 9.0, 0.2)], HalfSpace(1.0, 0.3)),
+    ],
+)
+def test_moduli_that_waves_feel(ground):
+    """By the table or the symbol, whichever is at hand: that of the surface for the shortest."""
+    for size in ground.lengths[0] * np.array([1e-3, 0.1, 1.0, 10.0, 100.0]):
+        k = np.pi / size
+        assert modulus_felt(ground, size) == pytest.approx(2 / (k * ground.symbol(k)), rel=1e-6)
+    surface = ground.surface.contact_modulus
+    assert modulus_felt(ground, 1e-4 * ground.lengths[0]) == pytest.approx(surface, rel=1e-3)

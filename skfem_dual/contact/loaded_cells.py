@@ -18,7 +18,7 @@ from ..elements.slope_correction import SlopeCorrection
 from ..elements.slopes import Slopes
 from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround
-from ..ground.seen import even_at_edge, seen_by
+from ..ground.seen import even_at_edge, modulus_felt, seen_by
 from ..ground.stratified import Stratified
 from ..ground.substrates import Substrate
 from ..kernels.once import ReadOnly, computed_once
@@ -95,19 +95,18 @@ class LoadedCells(ReadOnly):
         law = None if self.weights is None else self.weights.law
         return law is not None and law.pulls
 
-    @property
+    @computed_once
     def on_springs(self) -> bool:
         """Whether the ground acts on the cells like springs: pressures fall evenly to the line
         where contact ends."""
         return even_at_edge(self.substrate, self.partition.areas)
 
-    @property
+    @computed_once
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) of the ground, as waves twice as long as the cells feel it."""
         if not isinstance(self.substrate, Stratified):
             return self.substrate.surface.contact_modulus
-        k = np.pi / np.sqrt(self.partition.areas.mean())
-        return float(2 / (k * self.substrate.symbol(k)))
+        return modulus_felt(self.substrate, float(np.sqrt(self.partition.areas.mean())))
 
     def entries(self, x: ndarray) -> Entries:
         """What unit pressures on the cells make of points of shape (2, m)."""

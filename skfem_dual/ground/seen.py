@@ -131,10 +131,20 @@ def even_at_edge(ground: Substrate, areas: ndarray) -> bool:
     return hardness > HARD or not known
 
 
+def modulus_felt(ground: Stratified, size: float) -> float:
+    """E / (1 - nu^2) of homogeneous ground that waves twice as long as ``size`` feel alike."""
+    k = np.pi / size
+    if ground.lengths[0] < THIN * size:
+        return float(2 / (k * ground.symbol(k)))
+    # the table of what entries are made of, at hand, is close enough
+    of_surface = 2 * (1 - ground.surface.poisson**2)
+    rest = float(ground.rest_of_symbol(np.array([k]))[0])
+    return 2 * ground.surface.young / (of_surface + rest)
+
+
 def _hardness(ground: Stratified, size: float) -> float:
     """How many times as stiff as its part ``c / r`` waves of cells of this size feel a ground."""
-    k = np.pi / size
-    return float(2 * np.pi * ground.singular_coefficient / (k * ground.symbol(k)))
+    return np.pi * ground.singular_coefficient * modulus_felt(ground, size)
 
 
 def _far_larger(ground: Substrate, areas: ndarray) -> float | None:

@@ -194,13 +194,14 @@ def _promises_little(content: mmap, size: int) -> bool:
 def _require_node_numbers(path: Path) -> None:
     """Refuse cells of a Gmsh file in text with node numbers below 1: the reader would take other
     nodes for them."""
-    content = path.read_bytes()
-    begin, end = content.find(b"$Elements"), content.find(b"$EndElements")
-    version = content[: content.find(b"$EndMeshFormat")].split()[1:3]
-    if begin < 0 or version[1:] != [b"0"] or not BELOW_ONE.search(content, begin, end):
-        return
+    with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+        begin, end = content.find(b"$Elements"), content.find(b"$EndElements")
+        version = content[: content.find(b"$EndMeshFormat")].split()[1:3]
+        if begin < 0 or version[1:] != [b"0"] or not BELOW_ONE.search(content, begin, end):
+            return
+        lines = content[begin:end].splitlines()[2:]
     grouped, left = version[0].startswith(b"4"), 0
-    for line in content[begin:end].splitlines()[2:]:
+    for line in lines:
         try:
             fields = [int(field) for field in line.split()]
             if grouped and not left:  # the head of a block
