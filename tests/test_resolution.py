@@ -287,3 +287,13 @@ def test_fields_on_ground_like_springs_do_not_grow_to_the_edge():
     on = [RigidPunch(ground, basis).solve(1.0) for basis in (dual.basis(), dual.primal_basis())]
     assert not on[0].punch.sharp_edge
     assert postprocess(*on).values.max() == pytest.approx(1 / np.pi, rel=5e-3)
+
+
+def test_fields_of_tilted_punches_on_springs_are_planes():
+    """To the edge, where they fell and grew again as towards a singular one."""
+    ground = LayeredHalfSpace([Layer(1e-3, 1.0, 0.3)], "bonded")
+    for basis in (BASES[150], BASES[150].dual.primal_basis()):
+        found = RigidPunch(ground, basis).solve(1.0, at=(0.1, 0.0))
+        basis, values = found.pressure_field()
+        plane = (1 + 0.4 * basis.mesh.p[0]) / np.pi
+        assert np.abs(values - plane).max() < 0.02 / np.pi

@@ -97,11 +97,11 @@ def pressure_field(
 
 def _singular_facets(solution: CellPressures) -> ndarray:
     """Facets of the mesh towards which pressures grow: those whose law the cells have; of cells
-    with constant pressures the whole edge of the plan, if their means grow to it."""
+    with constant pressures the whole edge of the plan, if their means grow to it by a law."""
     cells = solution.footprint
     if cells.weights is not None:
         return cells.weights.facets
-    if not presses_over(cells.partition, solution.pressure):
+    if cells.on_springs or not presses_over(cells.partition, solution.pressure):
         return np.zeros(0, dtype=int)
     return nodal_mesh(cells.basis).boundary_facets()
 
