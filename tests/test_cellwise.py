@@ -258,6 +258,15 @@ def test_masks_and_integers_of_numpy_are_parts_of_elements(elements):
     assert basis.with_elements(np.int64(3)).tind.tolist() == [3]
 
 
+@pytest.mark.parametrize("made", [lambda x: True, lambda x: x > 0, lambda x: np.arange(3)])
+def test_functions_that_return_no_mask_are_refused(made):
+    basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
+    with pytest.raises(ValueError, match=r"a mask of shape \(48,\) .* for elements, got shape"):
+        basis.with_elements(made)
+    with pytest.raises(ValueError, match=r"for midpoints of shape \(2, \d+\) for facets"):
+        basis.boundary(made)
+
+
 def test_masks_and_lists_are_parts_of_facets():
     basis = DualMesh.from_mesh(MeshTri().refined(1)).basis()
     facets = basis.mesh.boundary_facets()

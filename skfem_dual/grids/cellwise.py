@@ -1,6 +1,7 @@
 """Piecewise constants on the cells of a couple of dual grids, as an skfem basis."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -250,7 +251,7 @@ def _indices(name: str, value: Any, size: int, tags: dict[str, ndarray], found: 
             raise ValueError(f"expected tags among {sorted(tags)} for {name}, got {shown(value)}")
         return found(value)
     if callable(value) and not isinstance(value, type):
-        return found(value)
+        return found(partial(_one_each, name, value))
     if isinstance(value, ndarray):
         if value.dtype == bool:
             return np.flatnonzero(checked_mask(name, value, (size,)))
@@ -265,6 +266,17 @@ def _indices(name: str, value: Any, size: int, tags: dict[str, ndarray], found: 
             return np.unique(np.concatenate(own))
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     return np.unique(checked_indices(name, [value] if whole else value, size))
+
+
+def _one_each(name: str, function: Callable[[ndarray], Any], midpoints: ndarray) -> ndarray:
+    """Whether a function takes the element or facet about each midpoint."""
+    taken, shape = np.asarray(function(midpoints)), midpoints.shape[1:]
+    if taken.shape != shape:
+        raise ValueError(
+            f"expected a function that returns a mask of shape {shape} for midpoints of shape "
+            f"{midpoints.shape} for {name}, got shape {taken.shape}"
+        )
+    return taken
 
 
 def checked_quadrature(value: Any, dim: int = 2) -> tuple[ndarray, ndarray]:
