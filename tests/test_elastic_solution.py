@@ -643,7 +643,7 @@ def test_refused(block):
     for wrong, message in (
         (dict(stiffness=K[:-1, :-1]), rf"stiffness of shape \({n}, {n}\).*got \({n - 1}, "),
         (dict(stiffness=with_hole), r"finite stiffness, got K\[5, 7\] = nan, 1"),
-        (dict(stiffness=K.astype(np.float32)), "assemble them in double precision"),
+        (dict(stiffness=K.astype(np.float32)), "in double precision"),
         (dict(boundary="base"), "boundary of a 3-D solid only"),
         (dict(D=[n]), f"D from 0 to {n - 1}, got {n} at"),
         (dict(gap=np.zeros(3)), "gap"),

@@ -16,6 +16,11 @@ BALANCED = 1e-9
 ROUNDING = 1e-10
 #: how far entries in single precision may be off
 SINGLE = float(np.finfo(np.float32).eps) / 2
+EPS = float(np.finfo(float).eps)
+#: decimal digits that are taken for rounding; with fewer, numbers have been chosen
+DIGITS = range(5, 14)
+#: part of the entries that need not use the last digit
+USED = 0.75
 NO_BALANCE = (
     "expected loads that pressures under the plan can balance, got some that would take tension: "
     "they pull, or their resultant lies outside of the plan or beyond its outermost cells. "
@@ -57,16 +62,25 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"{K.data[bad[0]]}, {len(bad)} in all"
         )
     yields = Compliance(K, checked_dofs(D, n), structure.doflocs, _kinds(structure))
+    digits = None if single else _digits(K.data)
     if single or _of_single_precision(K.data):
-        moving = yields.resisted_by_rounding(SINGLE)
-        if moving:
-            raise ValueError(
-                "expected a stiffness that resists by more than rounding, got one in single "
-                f"precision that resists {moving} rigid motions by less, as springs would that "
-                "take loads from the ground. Remedy: assemble it in double precision, or hold the "
-                "structure, D="
-            )
+        _require_no_rounding(yields, SINGLE, "in single precision", "assemble it in double")
+    elif digits is not None:
+        # errors of many different entries cancel
+        many = len(np.unique(np.abs(K.data)))
+        rounding = 0.5 * 10.0 ** (1 - digits) * min(1.0, 10 / np.sqrt(many))
+        _require_no_rounding(yields, rounding, f"of {digits} digits", "write it in full")
     return yields
+
+
+def _require_no_rounding(yields: Compliance, rounding: float, got: str, remedy: str) -> None:
+    moving = yields.resisted_by_rounding(rounding)
+    if moving:
+        raise ValueError(
+            f"expected a stiffness that resists by more than rounding, got one {got} that "
+            f"resists {moving} rigid motions by less, as springs would that take loads from the "
+            f"ground. Remedy: {remedy} precision, or hold the structure, D="
+        )
 
 
 def _of_single_precision(entries: ndarray) -> bool:
@@ -75,6 +89,22 @@ def _of_single_precision(entries: ndarray) -> bool:
         rounded = entries.astype(np.float32)
     last = rounded.view(np.int32) & 1
     return bool((rounded == entries).all() and last.sum() > len(last) / 4)
+
+
+def _digits(entries: ndarray) -> int | None:
+    """Decimal digits to which entries have been rounded, as in some files; None if they have not,
+    or too few of them use the last digit to tell."""
+    size = np.abs(entries[entries != 0])
+    with np.errstate(over="ignore", invalid="ignore"):
+        mantissa = size / 10.0 ** np.floor(np.log10(size))
+    for digits in DIGITS:
+        number = mantissa * 10.0 ** (digits - 1)
+        written = np.abs(number - np.rint(number)) <= 4 * EPS * number
+        if written.all():
+            return digits
+        if written.mean() > USED:
+            break
+    return None
 
 
 def _kinds(structure: CellBasis) -> ndarray:

@@ -129,8 +129,9 @@ class Compliance:
         return moved[:, work <= rounding * whole]
 
     def resisted_by_rounding(self, rounding: float) -> int:
-        """Number of rigid motions that resist by no more than entries so far off might."""
-        return max(self._known(rounding).shape[1] - self._inverse.null.shape[1], 0)
+        """Number of motions that resist by no more than entries so far off might."""
+        less = self._inverse.resisting_less(self._scaled[0], rounding)
+        return max(self._known(rounding).shape[1], less) - self._inverse.null.shape[1]
 
     @computed_once
     def _rounding(self) -> float:

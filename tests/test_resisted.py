@@ -1,0 +1,53 @@
+"""A stiffness that has lost digits on its way resists what nothing resists."""
+
+import pytest
+from elastic_bodies import SOIL, kirchhoff
+from scipy.io import mmread, mmwrite
+from scipy.sparse import diags
+from skfem import BilinearForm, CellBasis, ElementTriP1, MeshTri
+from skfem.helpers import dot, grad
+
+from skfem_dual import DualMesh, ElasticPunch, column_load
+from skfem_dual.grids import generate
+
+
+@pytest.fixture(scope="module")
+def plate():
+    mesh = generate.rectangle(6.0, 4.0, n=32)
+    basis, K = kirchhoff(mesh)
+    return DualMesh.from_mesh(mesh).basis(), basis, 100 * K
+
+
+def written(K, digits, folder):
+    mmwrite(folder / "K.mtx", K, precision=digits)
+    return mmread(folder / "K.mtx").tocsr()
+
+
+@pytest.mark.parametrize("digits", [5, 6, 7, 8])
+def test_few_digits_take_no_load(plate, digits, tmp_path):
+    """They resisted the tilts of a free plate, and kept up to a fifth of its load."""
+    plan, basis, K = plate
+    few = written(K, digits, tmp_path)
+    with pytest.raises(ValueError, match=rf"of {digits} digits that resists|write them in double"):
+        ElasticPunch(SOIL, plan, basis, few)
+    held = basis.get_dofs().all()  # it is good to its digits
+    assert ElasticPunch(SOIL, plan, basis, few, D=held).motions.shape[1] == 0
+
+
+@pytest.mark.parametrize("digits", [12, 17])
+def test_many_digits_carry_all(plate, digits, tmp_path):
+    plan, basis, K = plate
+    f = column_load(basis, (0.3, -0.5), 500.0)
+    solution = ElasticPunch(SOIL, plan, basis, written(K, digits, tmp_path)).solve(f)
+    assert solution.success
+    assert solution.force == pytest.approx(500, rel=1e-9)
+
+
+def test_numbers_that_end_early_are_not_rounded():
+    """Those of uniform grids do in decimals; and weak springs beside them hold."""
+    basis = CellBasis(MeshTri().refined(2), ElementTriP1())
+    K = BilinearForm(lambda u, v, _: 1250.625 * dot(grad(u), grad(v))).assemble(basis)
+    plan = DualMesh.from_mesh(basis.mesh).basis()
+    assert ElasticPunch(SOIL, plan, basis, K).compliance.motions.shape[1] == 1
+    weak = K + diags([1e-5] * basis.N)
+    assert ElasticPunch(SOIL, plan, basis, weak).compliance.motions.shape[1] == 0
