@@ -167,7 +167,7 @@ def test_splines(tmp_path):
         spline.set_closed([(0, 0, 0), (3, 0, 0), (3, 2, 0), (0, 2, 0)], degree=3)
         space.add_open_spline([(9, 9)] * 4, dxfattribs=layer)
 
-    with pytest.warns(MeshWarning, match="left out 1 of the shapes, without length"):
+    with pytest.warns(MeshWarning, match="left out 1 of the shapes, no longer than"):
         plan = Plan.read(drawing(tmp_path / "a.dxf", without_ends))
     assert plan.corners.shape[1] == 0
     assert plan.centroid == pytest.approx([1.5, 1.0])
@@ -364,6 +364,77 @@ def test_whole_arcs_are_circles(tmp_path):
     plan = Plan.read(drawing(tmp_path / "a.dxf", draw))
     assert plan.area == pytest.approx(3 * np.pi)
     assert all(ring.is_circle for ring in plan.rings)
+
+
+@pytest.mark.parametrize("short", [1e-4, 1e-5, 1e-6, 1e-9])
+@pytest.mark.parametrize("up", [1, -1])
+def test_arcs_that_are_nearly_circles_are_not_points(short, up, tmp_path):
+    def hole(space, layer):
+        space.add_lwpolyline([(0, 0), (12, 0), (12, 8), (0, 8)], close=True, dxfattribs=layer)
+        space.add_arc(
+            (6 * up, 4), 2.5, 30, 390 - short, dxfattribs=layer | {"extrusion": (0, 0, up)}
+        )
+
+    plan = Plan.read(drawing(tmp_path / "a.dxf", hole))
+    assert plan.area == pytest.approx(96 - np.pi * 2.5**2, rel=1e-6)
+
+    def alone(space, layer):
+        space.add_arc((6, 4), 2.5, 0, 360 - short, dxfattribs=layer)
+
+    assert Plan.read(drawing(tmp_path / "a.dxf", alone)).area == pytest.approx(
+        np.pi * 2.5**2, rel=1e-6
+    )
+
+
+def test_what_lies_astray_swallows_no_hole(tmp_path):
+    """Ends within a millionth of the extent join, some metres if something is at the origin."""
+    x, y = 451200.0, 5411900.0
+
+    def footing(space, layer):
+        ring = [(x, y), (x + 12, y), (x + 12, y + 8), (x, y + 8)]
+        for i in range(4):
+            space.add_line(ring[i], ring[(i + 1) % 4], dxfattribs=layer)
+        space.add_circle((x + 6, y + 4), 2.5, dxfattribs=layer)
+        space.add_circle((x + 1, y + 1), 1e-9, dxfattribs=layer)
+        space.add_line((0, 0), (0, 0), dxfattribs=layer)
+
+    with pytest.warns(MeshWarning, match="left out 2 of the shapes, no longer than 1.2e-05 or"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", footing))
+    assert plan.area == pytest.approx(96 - np.pi * 2.5**2, rel=1e-9)
+
+    def stray(space, layer):
+        footing(space, layer)
+        space.add_circle((0, 0), 0.1, dxfattribs=layer)
+
+    path = drawing(tmp_path / "a.dxf", stray)
+    with pytest.raises(MeshError, match=r"shapes up to 12, with one at \(0, 0\). Remedy: erase"):
+        Plan.read(path)
+    with pytest.warns(MeshWarning, match="left out 2 of the shapes"):
+        plan = Plan.read(path, tol=1.0)
+    assert plan.area == pytest.approx(96 - np.pi * (2.5**2 - 0.1**2), rel=1e-9)
+
+
+def test_what_does_not_show_is_left_out(tmp_path):
+    def draw(space, layer):
+        space.add_circle((0, 0), 2, dxfattribs=layer)
+        space.add_circle((0, 0), 1, dxfattribs=layer | {"invisible": 1})
+
+    with pytest.warns(MeshWarning, match="left out 1 hidden CIRCLE; only lines and curves that"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", draw), layer="F")
+    assert plan.area == pytest.approx(4 * np.pi)
+
+
+def test_blocks_with_something_on_the_layer_are_told(tmp_path):
+    def draw(space, layer):
+        inner, outer = (space.doc.blocks.new(name) for name in ("inner", "outer"))
+        inner.add_circle((0, 0), 1, dxfattribs=layer)
+        outer.add_blockref("inner", (0, 0))
+        space.add_circle((0, 0), 2, dxfattribs=layer)
+        space.add_blockref("outer", (0, 0), dxfattribs={"layer": "inserts"})
+
+    with pytest.warns(MeshWarning, match="left out 1 INSERT"):
+        plan = Plan.read(drawing(tmp_path / "a.dxf", draw), layer="F")
+    assert plan.area == pytest.approx(4 * np.pi)
 
 
 def test_a_drawing_without_an_outline(tmp_path):

@@ -16,6 +16,8 @@ from .tables import Corner
 
 #: ends of lines nearer to each other than this part of the drawing are joined
 NEAR = 1e-6
+#: extent of a drawing, over that of its largest shape, from which on something in it lies astray
+ASTRAY = 1e4
 #: rise of a shape over its extent up to which it lies in the plane, where it is shorter by 1e-9
 TILT = 4.5e-5
 #: units of drawings that ezdxf has no symbols of
@@ -48,18 +50,50 @@ def rings_of_drawing(path: Path, layer: str | None, tol: float | None) -> list[l
         If there are none, a line is not closed or branches, or the layer is not told.
     """
     entities = list(_drawing(path).modelspace())
-    if not any(e.dxftype() in SHAPES and _is_on(e, layer) for e in entities):
+    if not any(_counts(e, layer) for e in entities):
         entities = _exploded(entities, path)
     entities = _on_layer(entities, layer, path)
     found = [_piece(entity, path) for entity in entities]
     if tol is None:
-        tol = NEAR * float(np.ptp(np.hstack([x for x, *_ in found]), axis=1).max())
+        tol = _tolerance(found, path)
     found = _distinct(found, tol, path)
     rings = [np.vstack([x, bulges]).T for x, bulges, closed in found if closed]
     pieces = [(x, bulges[: x.shape[1] - 1]) for x, bulges, closed in found if not closed]
     if pieces:
         rings += _joined(pieces, tol, path)
     return [[(x, y, b) for x, y, b in ring.tolist()] for ring in rings]
+
+
+def _tolerance(found: list[Shape], path: Path) -> float:
+    """Within which ends of lines meet by default.
+
+    Raises
+    ------
+    MeshError
+        If something lies so far from all else that it would be too much.
+    """
+    sizes = np.array([_size(shape) for shape in found])
+    long = [x for (x, *_), size in zip(found, sizes, strict=True) if size > 0]
+    if not long:
+        return 0.0
+    extent = float(np.ptp(np.hstack(long), axis=1).max())
+    if extent > ASTRAY * sizes.max():
+        middles = np.stack([x.mean(axis=1) for x in long])
+        far = np.abs(middles - np.median(middles, axis=0)).max(axis=1).argmax()
+        raise MeshError(
+            f"expected shapes near each other in {path}, got a drawing {extent:.4g} wide of "
+            f"shapes up to {sizes.max():.4g}, with one at {place(middles[far])}. Remedy: erase "
+            "what lies astray, layer=, or tol= within which ends of lines meet"
+        )
+    return NEAR * max(extent, float(sizes.max()))
+
+
+def _size(shape: Shape) -> float:
+    """Extent of the corners of a shape, or the greatest rise of its arcs."""
+    x, bulges, closed = shape
+    sides = np.roll(x, -1, axis=1) - x
+    rises = np.hypot(*sides) / 2 * np.abs(bulges)
+    return float(max(np.ptp(x, axis=1).max(), rises[: None if closed else -1].max(initial=0.0)))
 
 
 def unit_of_drawing(path: Path) -> str | None:
@@ -103,6 +137,23 @@ def _is_on(entity: Any, layer: str | None) -> bool:
     return entity.dxf.is_supported("layer") and entity.dxf.layer.lower() == layer.lower()
 
 
+def _is_hidden(entity: Any) -> bool:
+    return bool(entity.dxf.is_supported("invisible") and entity.dxf.get("invisible", 0))
+
+
+def _counts(entity: Any, layer: str | None) -> bool:
+    """Whether an entity is a shape on a layer that shows."""
+    return entity.dxftype() in SHAPES and _is_on(entity, layer) and not _is_hidden(entity)
+
+
+def _draws_on(entity: Any, layer: str) -> bool:
+    """Whether an entity is a block with something on a layer, which is not its own."""
+    block = entity.block() if entity.dxftype() == "INSERT" else None
+    return block is not None and any(
+        _draws_on(part, layer) or _counts(part, layer) for part in block
+    )
+
+
 def _exploded(entities: list[Any], path: Path) -> list[Any]:
     """Entities with blocks replaced by what they consist of, which is on their layer where it is
     on none."""
@@ -128,19 +179,24 @@ def _exploded(entities: list[Any], path: Path) -> list[Any]:
 
 
 def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
-    """The shapes of the layer; others there are told."""
+    """The shapes of the layer that are seen; others there are told."""
+    hidden = Counter(
+        f"hidden {e.dxftype()}" for e in entities if _is_on(e, layer) and _is_hidden(e)
+    )
+    entities = [e for e in entities if not _is_hidden(e)]
     shapes = [e for e in entities if e.dxftype() in SHAPES]
     layers = Counter(e.dxf.layer for e in shapes)
     had = ", ".join(f"{name!r} ({n} shape{'s' * (n > 1)})" for name, n in sorted(layers.items()))
     if layer is not None:
         shapes = [e for e in shapes if _is_on(e, layer)]
-        entities = [e for e in entities if _is_on(e, layer)]
+        entities = [e for e in entities if _is_on(e, layer) or _draws_on(e, layer)]
     elif len(layers) > 1:
         raise MeshError(
             f"expected the layer of the outline in {path}, which has {had}. Remedy: layer= with "
             "one of these names"
         )
     others = Counter(e.dxftype() for e in entities if e.dxftype() not in SHAPES)
+    others += hidden
     left = ", ".join(f"{n} {kind}" for kind, n in sorted(others.items()))
     if not shapes:
         wanted = "" if layer is None else f" on the layer {layer!r}"
@@ -150,7 +206,7 @@ def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
             + ("layer= with one of these names" if layers else "draw the outline with them")
         )
     if others:
-        warn(f"{path}: left out {left}; only lines and curves are read", MeshWarning)
+        warn(f"{path}: left out {left}; only lines and curves that show are read", MeshWarning)
     return shapes
 
 
@@ -175,6 +231,13 @@ def _piece(entity: Any, path: Path) -> Shape:
     if kind == "ARC":
         bulge = np.sign(up) * np.tan(np.radians(turn / 4))
         ends = _plane([entity.start_point, entity.end_point], kind, path)
+        if turn > 180:  # in two, or the ends of nearly a circle would not tell it from a point
+            half = np.radians(entity.dxf.start_angle + turn / 2)
+            r, (cx, cy, cz) = float(entity.dxf.radius), entity.dxf.center
+            top = (cx + r * np.cos(half), cy + r * np.sin(half), cz)
+            middle = _plane([entity.ocs().to_wcs(top)], kind, path)
+            bulge = np.sign(up) * np.tan(np.radians(turn / 8))
+            return np.insert(ends, [1], middle, axis=1), np.array([bulge, bulge, 0.0]), False
         return ends, np.array([bulge, 0.0]), False
     if kind == "LWPOLYLINE":
         corners = list(entity.vertices_in_wcs())
@@ -192,10 +255,12 @@ def _piece(entity: Any, path: Path) -> Shape:
 
 
 def _distinct(found: list[Shape], tol: float, path: Path) -> list[Shape]:
-    """The shapes without those shorter than ``tol``, and those drawn twice, which are told."""
+    """The shapes without those shorter than ``tol``, rings only if they are points beside the
+    others, and those drawn twice, which are told."""
     # in one stroke what is drawn twice to the last digit, many times in some drawings
     alike = {(x.tobytes(), bulges.tobytes(), ring): (x, bulges, ring) for x, bulges, ring in found}
-    kept = [shape for shape in alike.values() if np.ptp(shape[0], axis=1).max() > tol]
+    point = min(tol, NEAR * max(_size(shape) for shape in found))
+    kept = [shape for shape in alike.values() if _size(shape) > (point if shape[2] else tol)]
     if not kept:
         return found
     boxes = np.array([np.append(x.min(axis=1), x.max(axis=1)) for x, *_ in kept])
@@ -204,7 +269,10 @@ def _distinct(found: list[Shape], tol: float, path: Path) -> list[Shape]:
         if i not in twice and j not in twice and _are_one(kept[i], kept[j], tol):
             twice.add(j)
     if left := len(found) - len(kept) + len(twice):
-        warn(f"{path}: left out {left} of the shapes, without length or drawn twice", MeshWarning)
+        warn(
+            f"{path}: left out {left} of the shapes, no longer than {tol:.3g} or drawn twice",
+            MeshWarning,
+        )
     return [shape for i, shape in enumerate(kept) if i not in twice]
 
 

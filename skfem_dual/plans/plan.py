@@ -169,7 +169,7 @@ class Plan(ReadOnly):
             The layer of a drawing; needed if it has shapes on several.
         tol : float, optional
             Distance within which ends of lines and arcs of a drawing join, by default 1e-6 of its
-            extent.
+            extent, if that is no more than 1e4 times that of its largest shape.
 
         Returns
         -------

@@ -48,7 +48,7 @@ def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = N
         The layer of a drawing; needed if it has shapes on several.
     tol : float, optional
         Distance within which ends of lines and arcs of a drawing join, by default 1e-6 of its
-        extent.
+        extent, if that is no more than 1e4 times that of its largest shape.
 
     Returns
     -------
