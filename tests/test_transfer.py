@@ -352,6 +352,27 @@ def test_fields_on_meshes_with_vertices_apart_in_files(tmp_path, kind):
         write_field(tmp_path / "f.vtu", higher, np.zeros(higher.N))
 
 
+def bent(kind, mesh):
+    """A mesh of second order whose sides bend, but whose elements keep their areas."""
+    x = kind.from_mesh(mesh).doflocs.copy()
+    x[0] += 0.15 * np.sin(3 * x[1])
+    return kind(x, mesh.t)
+
+
+@pytest.mark.parametrize(
+    ("kind", "mesh", "element"),
+    [(MeshTri2, MeshTri, ElementTriP2()), (MeshQuad2, MeshQuad, ElementQuad2())],
+)
+def test_fields_on_bent_elements_of_the_same_area_keep_force_and_moments(kind, mesh, element):
+    basis = CellBasis(MeshTri().refined(3), ElementTriP1())
+    x, y = basis.doflocs
+    values = 1 + x - 2 * x * y
+    lines = np.linspace(-0.5, 1.5, 9), np.linspace(-0.5, 1.5, 8)
+    target = CellBasis(bent(kind, mesh.init_tensor(*lines)), element, intorder=8)
+    found = field_resultant(target, transfer(basis, values, target))
+    assert found == pytest.approx(field_resultant(basis, values), rel=1e-12)
+
+
 def test_curved_elements_are_refused():
     """Their sides are not where those of their vertices are: part of the force would be lost."""
     curved = CellBasis(MeshTri2.init_circle(1), ElementTriP2())
@@ -360,6 +381,9 @@ def test_curved_elements_are_refused():
         transfer(curved, curved.ones(), CellBasis(large, ElementTriP1()))
     with pytest.raises(ValueError, match="straight sides"):
         evaluate(curved, curved.ones(), [[0.1], [0.2]])
+    sheared = CellBasis(bent(MeshTri2, MeshTri().refined(2)), ElementTriP2())
+    with pytest.raises(ValueError, match=r"straight sides, got elements 0, 1, .* of a MeshTri2"):
+        evaluate(sheared, sheared.ones(), [[0.1], [0.2]])
     straight = CellBasis(MeshTri2.from_mesh(large), ElementTriP2())
     assert evaluate(straight, straight.doflocs[0], [[0.1], [0.2]]) == pytest.approx(0.1)
 

@@ -20,7 +20,7 @@ from skfem.mapping import MappingAffine
 from ..arguments import checked_array, checked_choice, checked_instance
 from ..grids.cellwise import HIGHEST, CellwiseBasis
 from ..grids.fan import Fan
-from ..grids.mappings import is_far, middle_of
+from ..grids.mappings import bends, is_far, middle_of
 from ..grids.partition import Partition
 from ..grids.polygons import some
 from .influence import flat_points
@@ -28,7 +28,8 @@ from .load_matrix import MISSING, Points, missing_planes, points_in_pieces
 from .overlaps import overlaps
 from .shape_functions import ShapeFunctions, picklable
 
-#: elements have straight sides if their areas are those by their vertices, but for so much
+#: elements have straight sides if their areas are those by their vertices, and the middles of
+#: sides where these tell, but for so much
 STRAIGHT = 1e-6
 #: points at which functions are evaluated at a time
 CHUNK = 2**14
@@ -265,10 +266,11 @@ class _Elements:
         return np.stack([np.ones(x.shape[1:]), *(x / self.size[:, None])])
 
     def _whole(self, points: Points) -> ndarray:
-        """Which elements the points fill."""
+        """Which elements the points fill, whose sides are straight."""
         areas = self.basis.dx.sum(axis=1)
         filled = np.bincount(points.cell, points.weight, len(areas))
-        return np.abs(filled - areas) <= MISSING * areas
+        bent = _bent(self.basis) > MISSING * np.sqrt(areas)
+        return (np.abs(filled - areas) <= MISSING * areas) & ~bent
 
     def missing(self, points: Points, field: ndarray, values: ndarray) -> ndarray:
         """Planes by which a field at points misses its force and first moments; shape (3, n)."""
@@ -320,10 +322,17 @@ def _element_fan(basis: CellBasis) -> Fan:
 
 def _require_straight(basis: CellBasis, fan: Fan) -> None:
     areas, straight = basis.dx.sum(axis=1), np.bincount(fan.cell, fan.areas, basis.nelems)
-    bad = np.nonzero(~(np.abs(areas - straight) <= STRAIGHT * straight))[0]
+    as_told = np.abs(areas - straight) <= STRAIGHT * straight
+    bad = np.nonzero(~(as_told & (_bent(basis) <= STRAIGHT * np.sqrt(straight))))[0]
     if len(bad):
         raise ValueError(
             f"expected elements with straight sides, got elements {some(bad)} of a "
-            f"{type(basis.mesh).__name__} that are larger or smaller than their vertices tell. "
-            "Remedy: the field on a mesh of more, straight elements"
+            f"{type(basis.mesh).__name__} that are not as their vertices tell. Remedy: the field "
+            "on a mesh of more, straight elements"
         )
+
+
+def _bent(basis: CellBasis) -> ndarray:
+    """How far the sides of each element of a basis bend at most."""
+    most = bends(basis.mesh)[basis.mesh.t2f].max(axis=0)
+    return most if basis.tind is None else most[basis.tind]

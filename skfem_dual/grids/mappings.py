@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy import ndarray
-from skfem import Mesh, MeshQuad1DG, MeshTri1DG
+from skfem import Mesh, MeshQuad1DG, MeshQuad2, MeshTri1DG, MeshTri2
 from skfem.mapping import Mapping, MappingAffine, MappingIsoparametric
 
 #: steps of Newton's method, and the last of them that will do at all and at once
@@ -27,6 +27,14 @@ def places_of(mesh: Mesh) -> tuple[ndarray, ndarray]:
     if isinstance(mesh, (MeshTri1DG, MeshQuad1DG)):
         return mesh.doflocs, mesh.dofs.element_dofs
     return mesh.p, mesh.t
+
+
+def bends(mesh: Mesh) -> ndarray:
+    """How far the sides of elements of second order bend, shape (nfacets,); others do not."""
+    if not isinstance(mesh, (MeshTri2, MeshQuad2)):
+        return np.zeros(mesh.nfacets)
+    middles = mesh.p[:, mesh.facets].mean(axis=1)
+    return np.hypot(*(mesh.doflocs[:, mesh.dofs.facet_dofs[0]] - middles))
 
 
 def middle_of(mesh: Mesh) -> ndarray:

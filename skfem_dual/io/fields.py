@@ -14,16 +14,14 @@ from skfem import (
     Mesh,
     MeshQuad,
     MeshQuad1DG,
-    MeshQuad2,
     MeshTri,
     MeshTri1DG,
-    MeshTri2,
 )
 
 from ..arguments import checked_array, checked_instance
 from ..elements.shape_functions import require_places
 from ..grids.cellwise import CellwiseBasis
-from ..grids.mappings import places_of
+from ..grids.mappings import bends, places_of
 from .elements import positive
 from .polygons import write_polygons
 from .writing import require_vtu, vtu_name, write_whole
@@ -125,11 +123,7 @@ def _with_vertices_apart(basis: CellBasis, values: ndarray) -> tuple[CellBasis, 
 
 def _is_curved(mesh: Mesh) -> bool:
     """Whether sides of elements of the second order are not straight."""
-    if not isinstance(mesh, (MeshTri2, MeshQuad2)):
-        return False
-    middles = mesh.p[:, mesh.facets].mean(axis=1)
-    off = np.abs(mesh.doflocs[:, mesh.dofs.facet_dofs[0]] - middles).max()
-    return bool(off > 1e-12 * np.ptp(mesh.p, axis=1).max())
+    return bool(bends(mesh).max() > 1e-12 * np.ptp(mesh.p, axis=1).max())
 
 
 def _on_curves(basis: CellBasis, values: ndarray) -> tuple[CellBasis, ndarray]:
