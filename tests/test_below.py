@@ -25,6 +25,7 @@ from skfem_dual import (
     HalfSpace,
     Layer,
     LayeredHalfSpace,
+    ResolutionWarning,
     RigidPunch,
     RigidPunches,
     displacement_below,
@@ -65,6 +66,27 @@ def test_far_from_the_origin(on_crust):
         assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
     shares = [settlement_by_layers(s, y) for s, y in ((on_crust, x), (there, x + far))]
     assert shares[1] == pytest.approx(shares[0], abs=1e-6 * shares[0].max())
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        lambda s, x: stress_below(s, x).sigma_z,
+        displacement_below,
+        lambda s, x: settlement_by_layers(s, x[:2], [1.0]),
+        lambda s, x: vertical_profile(s, x[:2, 0], x[2]).strain,
+        lambda s, x: vertical_section(s, (0, 0), (1, 0), 1.0, n=4)[1],
+    ],
+    ids=["stress", "displacement", "layers", "profile", "section"],
+)
+def test_what_horizontal_loads_add_is_told_to_be_left_out(on_crust, look):
+    x = np.array([[0.5], [0.0], [0.4]])
+    pushed = RigidPunch(CRUST, BASIS).solve(1.0, horizontal=(0.2, 0.0))
+    with pytest.warns(ResolutionWarning, match="those of the vertical load; those of the hor"):
+        found = look(pushed, x)
+    assert found == pytest.approx(look(on_crust, x))
+    unpushed = RigidPunch(CRUST, BASIS).solve(1.0, horizontal=(0.0, 0.0))
+    assert found == pytest.approx(look(unpushed, x))
 
 
 @pytest.mark.parametrize("at", [(0.3, -0.2), (1.4, 0.0)], ids=["under", "beside"])

@@ -8,7 +8,7 @@ from numpy import ndarray
 from ..arguments import Pair
 from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
-from ..solutions.below import Profile, settlement_by_layers, vertical_profile
+from ..solutions.below import Profile, pushed, settlement_by_layers, vertical_profile
 from ..solutions.pressures import CellPressures
 from .details import Details
 from .figures import profile_picture
@@ -143,7 +143,9 @@ def depth_section(
             f"Stresses, strain and settlement {plain}",
             joined(
                 ["Stresses, vertical strain and settlement ", where,
-                 f", without the ground's own weight, in the case {case}. Interfaces of "
+                 ", without the ground's own weight",
+                 " and the horizontal load" if pushed(solution) else "",
+                 f", in the case {case}. Interfaces of "
                  "layers are there twice, above and below."]
             ),
         ),

@@ -15,9 +15,11 @@ from ..arguments import (
     checked_points,
     checked_size,
 )
+from ..contact.load import Load
 from ..elements.depth import components, strata_of
 from ..elements.stresses import Stresses
 from ..elements.strips import CellLoads
+from ..errors import ResolutionWarning, warn
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly
 from ..messages import apart, place, shown
@@ -49,8 +51,9 @@ def stress_below(solution: CellPressures, x: ArrayLike) -> Stresses:
     Returns
     -------
     Stresses
-        All components, compression positive, without the ground's own weight. In the interface
-        of two layers those of the upper one.
+        All components, compression positive, of the vertical load, without the ground's own
+        weight; a `ResolutionWarning` tells of a horizontal one. In the interface of two layers
+        those of the upper one.
 
     Raises
     ------
@@ -98,11 +101,24 @@ def displacement_below(solution: CellPressures, x: ArrayLike) -> ndarray:
     return _fields(solution, x, (False, True))[6:]
 
 
+def pushed(solution: CellPressures) -> bool:
+    """Whether a horizontal load or torsion acts, which fields in depth leave out."""
+    load = getattr(solution, "load", None)
+    return isinstance(load, Load) and load.shear is not None and bool(load.shear.any())
+
+
 def _fields(
     solution: CellPressures, x: ArrayLike, kinds: tuple[bool, bool] = (True, True)
 ) -> ndarray:
     """As `components`, under all bodies; they are on one ground."""
     checked_solution("solution", solution)
+    if pushed(solution):
+        warn(
+            "stresses and displacements in depth are those of the vertical load; those of the "
+            "horizontal force and torsion, which the tractions of solution.shear bring into the "
+            "ground, are not added",
+            ResolutionWarning,
+        )
     loads = [
         CellLoads(cells.partition, p, cells.weights, cells.slopes_of(p))
         for cells, p in solution.all_pressures
