@@ -15,6 +15,7 @@ from skfem import CellBasis, ElementQuad0, ElementTriP0, ElementTriP1, MeshQuad,
 
 from skfem_dual import (
     ConvergenceError,
+    ConvergenceWarning,
     DualMesh,
     HalfSpace,
     MeshError,
@@ -369,6 +370,32 @@ def test_mechanisms_are_refused_however_they_are_turned():
                 RigidPunch(UNIT, basis).solve(1.0, (0.1, 0.1))
             with pytest.raises(ConvergenceError, match="move without resistance"):
                 RigidPunch(UNIT, basis).kern()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_shaped_punches_do_not_tilt_across_a_row(angle):
+    """With success they had a tilt that the shape contradicts, since no cell resists it."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+
+    def wedge(x):
+        along, across = turn.T @ x
+        return (along - 1.5) ** 2 / 60 + 0.2 * across
+
+    def solver(rows):
+        mesh = MeshQuad.init_tensor(np.linspace(0, 3, 31), np.linspace(0, 0.3, rows + 1))
+        basis = CellBasis(MeshQuad(turn @ mesh.p, mesh.t), ElementQuad0())
+        return RigidPunch(UNIT, basis, gap=wedge, origin=turn @ [1.5, 0.15])
+
+    row, message = solver(1), "even across a row of cells.*side, or impose tilt"
+    with pytest.raises(ValueError, match=message):
+        row.solve(0.02)
+    guided = row.solve(0.02, tilt=(0, 0))
+    assert guided.success
+    with pytest.warns(ConvergenceWarning, match=f"1 of 2 load cases without a.*{message}"):
+        cases = row.solve_many([{"force": 0.02}, {"force": 0.02, "tilt": (0, 0)}])
+    assert cases.settlement == pytest.approx([np.nan, guided.settlement], rel=1e-9, nan_ok=True)
+    assert solver(2).solve(0.02).tilt == pytest.approx(turn @ [0, 0.2], abs=1e-9)
 
 
 def test_cells_on_top_of_each_other_are_refused():

@@ -12,7 +12,7 @@ from skfem import CellBasis
 
 from ..arguments import Pair, checked_flag, checked_instance
 from ..contact.edges import EdgeBoundaries
-from ..contact.footprint import Collocation, Edge, Footprint
+from ..contact.footprint import Collocation, Edge, Footprint, require_even
 from ..contact.load import Constraints, Load, between_waves, load_of, require_compression
 from ..contact.motions import require_carried
 from ..contact.parts import Part
@@ -354,16 +354,16 @@ class RigidPunch(Movable, RigidBodies):
         origin = self.origin - self.centre
         if unilateral:
             require_compression(load, origin, self.footprint.hulls, self.gap is None)
+            require_even(self.footprint, self._shape, load)
         return load.constraints(origin)
 
     def works(self, contact: Contact) -> bool:
         """Of punches with edge-weighted cells, not all in a line, that are flat or touch with
         their whole base, whose shape is known between collocation points."""
         checked_instance("contact", contact, Contact)
-        if self.weights is None:
+        if self.weights is None or not resist(self.collocation_points, contact.touching):
             return False
-        known = self.gap is None or (contact.touching.all() and self.work.gaps is not None)
-        return bool(known) and resist(self.collocation_points, contact.touching)
+        return self.gap is None or bool(contact.touching.all() and self.work.gaps is not None)
 
     @property
     def _shape(self) -> Callable[[ndarray], ndarray | None] | None:
@@ -376,7 +376,7 @@ class RigidPunch(Movable, RigidBodies):
         position: ndarray,
         timings: dict[str, float],
     ) -> tuple[PunchSolution, ...]:
-        """The answer under one load, from contact and position of the plan's centroid."""
+        """The answer under one load, from contact and position."""
         return (PunchSolution.from_contact(self, loads[0], contact, position, timings),)
 
     @property

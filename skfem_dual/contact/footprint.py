@@ -4,7 +4,7 @@ It is all that pressures, gaps and their equations depend on, whatever the body 
 alone or one of many. The equations are (5) of the paper.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -33,6 +33,7 @@ from ..messages import place
 from ..operators.influence_operator import COARSEST, RTOL
 from .edges import EdgeBoundaries, weights_of
 from .hull import Hull
+from .load import Load
 from .loaded_cells import LoadedCells
 from .period import PeriodTriangles
 from .plan_triangles import PlanTriangles
@@ -42,6 +43,9 @@ Collocation = Literal["centroid", "node"]
 
 #: arms of so much of the size of a plan, or of coordinates, are rounding
 NIL, ROUNDING = 1e-12, 1e-15
+#: squares of widths, over those of lengths, of points in a row; and rises, over those of a shape,
+#: that are none
+FLAT, ROUGHLY = 1e-14, 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -270,6 +274,35 @@ def _checked_outline(outline: ArrayLike, partition: Partition) -> ndarray:
                 "Plan.hull of the plan of which the mesh is, in its unit"
             )
     return points
+
+
+def require_even(
+    cells: Footprint, shape: Callable[[ndarray], ndarray | None] | None, load: Load
+) -> None:
+    """Refuse a shape that rises across a row of cells under a load that leaves tilts free.
+
+    Raises
+    ------
+    ValueError
+        If it does, as far as it is known beside collocation points.
+    """
+    if shape is None or load.tilt is not None or len(cells.hulls[0].sides[0]):
+        return
+    x = cells.collocation_points
+    arms = x - x.mean(axis=1, keepdims=True)
+    spread, ways = np.linalg.eigh(arms @ arms.T)
+    for way in ways[:, spread <= FLAT * spread.max()].T:
+        beside = np.outer(way, np.sqrt(cells.partition.areas) / 8)
+        right, left = shape(x + beside), shape(x - beside)
+        if right is None or left is None:
+            return
+        size = max(np.ptp(right), np.ptp(left), np.abs(right).max() * FLAT)
+        if np.abs(right - left).max() > ROUGHLY * size:
+            raise ValueError(
+                "expected a shape that is even across a row of cells, which resist no tilt "
+                "across it, got one that rises there. Remedy: more cells side by side, or impose "
+                "tilt=(0, 0)"
+            )
 
 
 def hulls(parts: Sequence[Footprint], centre: ndarray) -> tuple[Hull, Hull]:
