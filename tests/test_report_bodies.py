@@ -529,6 +529,30 @@ def test_periodic_ground_is_told():
     assert "graded half-space" not in text
 
 
+@pytest.mark.parametrize("cut", [0, 3])
+def test_where_a_period_is_cut_turns_nothing_over(cut):
+    """Of the same bump, cut elsewhere, the reserve was 1.6 or none."""
+    side = np.linspace(0.0, 1.0, 9)
+    cells = CellBasis(MeshQuad.init_tensor(side, side), ElementQuad0())
+    middle = 0.5 + cut / 8
+    punch = RigidPunch(
+        PeriodicGround(HalfSpace(1.0, 0.3), (1.0, 1.0)),
+        cells,
+        gap=lambda x: -0.02 * np.cos(2 * np.pi * (x - middle)).sum(axis=0),
+    )
+    found = punch.solve(0.1)
+    (footing,) = report_data(bodies_of(found, Details(allowable=1.0)))["footings"]
+    (case,) = footing["cases"]
+    assert case["edge_distance"] is None
+    assert case["utilisation"]["overturning"] is None
+    text = report_html(found, details=Details(allowable=1.0))
+    assert "repeats with the period, and acts in no one point" in text
+    assert "Circles stay within one period" in text
+    assert "Reserve against overturning" not in text
+    two = report_html(punch.solve_many([{"force": 0.1}, {"force": 0.2}]), details=Details())
+    assert "Circles stay within one period" in two
+
+
 def test_unsolved_cases_govern_nothing():
     punch = RigidPunch(SOIL, DualMesh.from_mesh(rectangle(2.0, 1.0, n=50)).basis())
     cases = punch.solve_many({"a": {"force": 1.0}, "b": {"force": 2.0}})

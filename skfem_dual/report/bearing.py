@@ -38,10 +38,13 @@ class Borne(NamedTuple):
     success: bool
 
 
-def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: Details) -> Html:
+def bearing_section(
+    borne: Sequence[Borne], circles: Sequence[float], details: Details, *, repeats: bool = False
+) -> Html:
     """Mean and largest pressures, against the allowable one if there is one.
 
-    ``circles`` are the radii of those on which the largest ones are means.
+    ``circles`` are the radii of those on which the largest ones are means; where pressures repeat
+    they stay within a period.
     """
     unit, allowable = details.units.pressure, details.allowable
     head = ["Footing, case", f"Mean [{unit.symbol}]", f"Largest [{unit.symbol}]"]
@@ -71,6 +74,11 @@ def bearing_section(borne: Sequence[Borne], circles: Sequence[float], details: D
         "there, and what a cell at the edge bears depends on its size; the mean on a circle "
         "hardly does. The strength of the ground itself is not checked."
     )
+    if repeats:
+        what += (
+            " Circles stay within one period, and the largest pressure depends on where that "
+            "begins."
+        )
     return section(
         "Bearing pressure", table(rows, head, "", numeric=True), *limit, paragraph(what)
     )

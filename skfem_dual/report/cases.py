@@ -120,7 +120,8 @@ def bearing_of_bodies(bodies: Sequence[ReportedBody]) -> Html:
             body.names, body.mean_pressure, body.largest_pressure, body.success, strict=True
         )
     ]
-    return bearing_section(borne, [body.radius for body in bodies], bodies[0].details)
+    circles, details = [body.radius for body in bodies], bodies[0].details
+    return bearing_section(borne, circles, details, repeats=bodies[0].repeats)
 
 
 def _notices(bodies: Sequence[ReportedBody]) -> Html:

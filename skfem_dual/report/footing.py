@@ -11,6 +11,7 @@ from numpy import ndarray
 
 from ..contact.footprint import Footprint
 from ..grids.outline import distance_to_segments, edge_ribs, near_edge
+from ..ground.periodic import PeriodicGround
 from ..messages import place
 from ..plans.search import Accuracy
 from ..plans.solve import PlanSolution
@@ -39,6 +40,11 @@ class UnderCases(ABC):
     name: str
     cases: Any
     details: Details
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the pressures repeat, and their place depends on where a period begins."""
+        return isinstance(self.plan.substrate, PeriodicGround)
 
     @property
     @abstractmethod
@@ -266,8 +272,10 @@ class Footing(UnderCases):
 
     @cached_property
     def resultants(self) -> ndarray:
-        """Points of the resultants, shape (2, k); NaN where there is none, or it pulls."""
-        return np.where(self.cases.force > 0, self.cases.point, np.nan)
+        """Points of the resultants, shape (2, k); NaN where there is none, it pulls, or it
+        repeats."""
+        acts = self.cases.force > (np.inf if self.repeats else 0.0)
+        return np.where(acts, self.cases.point, np.nan)
 
     def _reserve(self, polygon: ndarray | None) -> ndarray:
         if polygon is None:

@@ -14,6 +14,7 @@ from ..grids.dual_mesh import DualMesh
 from ..grids.outline import edge_ribs
 from ..grids.partition import Partition
 from ..grids.planar import contours, convex_hull, cross
+from ..ground.periodic import PeriodicGround
 from ..solutions.bounds import Bounds, why_none
 from ..solutions.punch_solution import PunchSolution
 from ..units import PLAIN, Units
@@ -177,8 +178,13 @@ class LoadedPlan:
 
     @property
     def force_point(self) -> ndarray | None:
-        """Where the resultant acts; None if there is none to speak of, or it pulls."""
-        return self.acting_point if self.force > 0 else None
+        """Where the resultant acts; None if there is none to speak of, it pulls, or it repeats."""
+        return self.acting_point if self.force > 0 and not self.repeats else None
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the pressures repeat, and their place depends on where a period begins."""
+        return isinstance(self.solution.footprint.substrate, PeriodicGround)
 
     @property
     def plan_area(self) -> float:

@@ -194,7 +194,9 @@ def isobars_figure(solution: CellPressures, plan: LoadedPlan, why: str = "") -> 
 def standing_section(standing: Standing, wanted: Mapping[str, ndarray]) -> Html:
     """Kern and overturning."""
     point, rows = standing.force_point, list[tuple]()
-    if point is None:
+    if standing.repeats:
+        rows.append(("Resultant", "repeats with the period, and acts in no one point", NONE))
+    elif point is None:
         rows.append(("Resultant", "no force into the ground that would act in a point", NONE))
     else:
         rows.append(
