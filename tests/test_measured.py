@@ -220,3 +220,14 @@ def test_the_typographic_minus_of_heights(tmp_path):
     plain = MeasuredProfile.from_heights(np.array([[-1.5, 2.0], [4.0, 5.0]]), spacing=(1.0, 1.0))
     x = np.array([[0.6], [0.9]])
     assert profile(x) == pytest.approx(plain(x))
+
+
+@pytest.mark.parametrize("heads", ["x [mm];y [mm];z [um]", "a [nm];b [nm];c"])
+def test_columns_that_are_no_grid_of_heights(tmp_path, heads):
+    """They were taken for one, some in another unit than others."""
+    path = tmp_path / "p.csv"
+    path.write_text(heads + "\n0;0;1\n1;0;2\n0;1;3\n1;1;4\n")
+    with pytest.raises(
+        ValueError, match=r"a grid of heights in one unit .*, got columns .* Remedy"
+    ):
+        MeasuredProfile.read(path, spacing=0.1)

@@ -307,9 +307,18 @@ def test_files_that_have_no_outline(tmp_path, name, text, message):
         Plan.read(path)
 
 
-def test_degrees_are_refused(tmp_path):
+@pytest.mark.parametrize(
+    "name",
+    [
+        "urn:ogc:def:crs:OGC:1.3:CRS84",
+        "urn:ogc:def:crs:EPSG::4258",
+        "urn:ogc:def:crs:EPSG:9.8:4269",
+        "EPSG:4326",
+    ],
+)
+def test_degrees_are_refused(tmp_path, name):
     path = tmp_path / "a.geojson"
-    degrees = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+    degrees = {"type": "name", "properties": {"name": name}}
     path.write_text(json.dumps({"crs": degrees, **shapely.geometry.mapping(APART)}))
     with pytest.raises(MeshError, match=r"coordinates as lengths in .*, got degrees"):
         Plan.read(path)

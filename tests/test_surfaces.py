@@ -107,7 +107,7 @@ def test_a_first_line_without_numbers_is_no_heading(tmp_path, first):
     path.write_text(first + "\n1,2,3\n4,5,6\n7,8,9\n", encoding="utf-8")
     with pytest.raises(ValueError, match="expected numbers in columns"):
         MeasuredProfile.read(path, spacing=1.0)
-    for heading in ("x,y,z", '"a","b",', "height, map of, sample A"):
+    for heading in ("a,b,c", '"a","b",', "height, map of, sample A"):
         path.write_text(heading + "\n1,2,3\n4,5,6\n7,8,9\n")
         assert MeasuredProfile.read(path, spacing=1.0)
 

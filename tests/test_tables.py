@@ -200,6 +200,8 @@ CLAY, SAND = Layer(1.5, 8e3, 0.35), Layer(4.5, 40e3, 0.3)
     [
         ("Boden;Mächtigkeit [m];E [MPa];ν [-]\nTon;1,5;8;0,35\nSand;4,5;40;0,3\nKies;∞;80;0,3\n",
          HalfSpace(80e3, 0.3)),
+        ("name,depth,E,nu\nclay,+0e0,8e3,.35\nsand,1.5,4e4,.3\ngravel,6,8e4,.3\n",
+         HalfSpace(80e3, 0.3)),
         ("name,depth (m),E / MN/m2,nu\nclay,0,8,.35\nsand,1.5,40,.3\ngravel,6.0,80,.3\n",
          HalfSpace(80e3, 0.3)),
         ("soil,UK [cm],E in kPa,nu\nclay,150,8000,.35\nsand,600,40 000,.3\nrock,,rigid,\n",
@@ -210,7 +212,8 @@ CLAY, SAND = Layer(1.5, 8e3, 0.35), Layer(4.5, 40e3, 0.3)
         ("soil,h,E,nu\nclay,1.5,8e3,.35\nsand,4.5,4e4,.3\nRigid,,,\n", "bonded"),
         ("top;G;nu\n0;2962,962962962963;0,35\n1,5;15384,615384615385;0,3\n6;smooth;\n", "smooth"),
     ],
-    ids=["thickness", "tops", "bottoms", "from and to", "name of the base", "shear modulus"],
+    ids=["thickness", "a top of +0", "tops", "bottoms", "from and to", "name of the base",
+         "shear modulus"],
 )  # fmt: skip
 def test_tables_of_geotechnical_reports(tmp_path, text, base):
     """The same two layers, as reports in three languages have them."""

@@ -1,6 +1,6 @@
 """Layers of the ground from tables as geotechnical reports have them."""
 
-import re
+from contextlib import suppress
 from itertools import pairwise
 from math import isclose
 from pathlib import Path
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from ..messages import apart, one_line
 from ..units import Units
-from .tables import Heading, cell_number, read_table, unit_factor
+from .tables import Heading, cell_number, read_table, unit_factor, written_number
 
 #: numbers are zero or between these in size, in any sensible units
 LEAST, MOST = 1e-30, 1e30
@@ -72,7 +72,7 @@ def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
     }
     if "depth" in columns:  # of the tops, if it begins at the surface
         i = columns.pop("depth")
-        columns["top" if re.fullmatch(r"0*\.?0*", rows[0][1][i] or "-") else "bottom"] = i
+        columns["top" if _is_zero(rows[0][1][i]) else "bottom"] = i
     numbers = _Numbers(columns, factors)
     below = _below(numbers, rows)
     layers = [
@@ -80,6 +80,12 @@ def read_layers(path: Path, units: Units) -> tuple[list[Row], tuple[str, Any]]:
         for row, high in zip(rows[:-1], _thicknesses(numbers, rows), strict=True)
     ]
     return layers, (rows[-1][0], below)
+
+
+def _is_zero(text: str) -> bool:
+    with suppress(ValueError):
+        return written_number(text) == 0
+    return False
 
 
 class _Numbers(NamedTuple):

@@ -161,6 +161,13 @@ def _arranged(
                 f"{len(heads)}: {listed([head.name for head in heads])}. Remedy: such as x [mm]"
             )
         return values
+    units = {head.unit for head in heads}
+    if not points and (_names_places(heads) or len(units) > 1):
+        raise ValueError(
+            f"expected a grid of heights in one unit in {file}, with spacing=, got columns "
+            f"{listed([head.name for head in heads])}. Remedy: without spacing= for columns of "
+            "places, or no headings"
+        )
     for head in heads:
         if head.unit and head.unit not in SIZES:
             raise ValueError(

@@ -25,8 +25,12 @@ SUFFIXES = {
     ".json": "geojson",
     ".dxf": "dxf",
 }
-#: names of coordinate systems in degrees
-DEGREES = "CRS84", "EPSG::4326", "EPSG:4326"
+#: names of coordinate systems in degrees: numbers of those in use in the EPSG register, and one
+DEGREES = re.compile(
+    "(CRS84|EPSG:([^:]*:)?(4326|4258|4269|4979|4937|4267|4230|4231|4277|4289|4313|4314|4312|4171|4181"
+    "|4149|4150|4275|4265|4283|7844|4167|4322|4612|6668|4490|4610|4214|4617|6318|4674|4618|4148"
+    "|4152|4202|4203|4284|4301|4619|4740|9000))$"
+)
 
 
 def read_plan(path: PathLike, *, layer: str | None = None, tol: float | None = None) -> Plan:
@@ -199,7 +203,7 @@ def _require_lengths(text: str, path: Path) -> None:
     for key in ("crs", "properties", "name"):
         name = name.get(key) if isinstance(name, dict) else None
     name = str(name)
-    if name.endswith(DEGREES):
+    if DEGREES.search(name):
         raise MeshError(
             f"expected coordinates as lengths in {path}, got degrees ({name}). Remedy: write it "
             "in a projected system, as of your site"
