@@ -693,3 +693,34 @@ def test_nodes_that_a_file_does_not_define(tmp_path):
     )
     with pytest.raises(MeshError, match=r"names a node or a group that it does not define \(.*9"):
         read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("*ELSET,ELSET=W\n1,3\n", ""),
+        ("*elset, elset=W, generate\n1,3,2\n", ""),
+        ("*ELSET,ELSET=W\nA,B\n", "W"),
+        ("*ELSET,ELSET=W\nA,3\n", "W"),
+        ("*ELSET,ELSET=W\n1,2\n*ELSET,ELSET=W\n3\n", "W"),
+        ("*ELSET,ELSET=S,GENERATE\n1,3,1\n*ELSET,ELSET=W\nS,1\n", "W"),
+    ],
+)
+def test_sets_of_abaqus_are_whole_or_left_out(tmp_path, lines, told):
+    """Of sets of sets, and of sets that go on, a part was taken for the whole."""
+    path = tmp_path / "a.inp"
+    path.write_text(
+        "*NODE\n1,0,0\n2,1,0\n3,1,1\n4,0,1\n5,2,0\n6,2,1\n*ELEMENT,TYPE=CPS3,ELSET=A\n1,1,2,3\n"
+        "2,1,3,4\n*ELEMENT,TYPE=CPS4,ELSET=B\n3,2,5,6,3\n" + lines
+    )
+    with pytest.warns(MeshWarning) as record:
+        subdomains = read_mesh(path).subdomains
+    assert subdomains["A"].tolist() == [0, 1]
+    assert subdomains["B"].tolist() == [2, 3]
+    left = [str(w.message) for w in record if "left out the sets" in str(w.message)]
+    if told:
+        assert told not in subdomains
+        assert f"left out the sets {told}, of other sets" in left[0]
+    else:
+        assert subdomains["W"].tolist() == [0, 2, 3]
+        assert not left

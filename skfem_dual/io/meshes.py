@@ -3,6 +3,7 @@
 import logging
 import re
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,8 @@ from .writing import PathLike
 BY_SIDES = "skfem:b:"
 #: dimension, number and name of a group in a file of Gmsh
 NAMED = re.compile(rb'([0-3])\s+(\d+)\s+"(.*)"')
+#: name of a set of cells in a file of Abaqus
+ELSET = re.compile(r"(?im)^\*ELSET\b[^\n]*?ELSET\s*=\s*([^,\s]+)")
 #: numbers of the cells' physical groups
 GROUPS = "gmsh:physical"
 
@@ -167,7 +170,7 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
 
     Gmsh numbers the groups of each dimension anew. Those without a name are told.
     """
-    sets: dict[str, list] = {k: list(v) for k, v in user_tags(found.cell_sets).items()}
+    sets = _sets(found, path)
     names = {tuple(v): k for k, v in found.field_data.items() if np.shape(v) == (2,)}
     names |= _names(path)
     unnamed: set[str] = set()
@@ -190,6 +193,28 @@ def _groups(found: Any, path: PathLike) -> dict[str, list]:
             MeshWarning,
         )
     return sets
+
+
+def _sets(found: Any, path: PathLike) -> dict[str, list]:
+    """Cells of each block in sets that meshio tells. Of sets of other sets, and of those that an
+    Abaqus file goes on with, it tells a part: they are left out, and told."""
+    sets: dict[str, list] = {k: list(v) for k, v in user_tags(found.cell_sets).items()}
+    parts: Counter[str] = Counter()
+    if Path(path).suffix.lower() == ".inp":
+        text = Path(path).read_text(encoding="utf-8", errors="replace")
+        parts.update(ELSET.findall(text))
+    bad = [
+        name
+        for name, blocks in sets.items()
+        if len(blocks) != len(found.cells) or max(map(np.ndim, blocks)) > 1 or parts[name] > 1
+    ]
+    if bad:
+        warn(
+            f"{path}: left out the sets {some(sorted(bad))}, of other sets or in several parts. "
+            "Remedy: each as one list of its own cells",
+            MeshWarning,
+        )
+    return {name: blocks for name, blocks in sets.items() if name not in bad}
 
 
 def _names(path: PathLike) -> dict[tuple[int, int], str]:
