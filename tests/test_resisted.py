@@ -1,13 +1,25 @@
 """A stiffness that has lost digits on its way resists what nothing resists."""
 
+import numpy as np
 import pytest
 from elastic_bodies import SOIL, kirchhoff
 from scipy.io import mmread, mmwrite
 from scipy.sparse import diags
-from skfem import BilinearForm, CellBasis, ElementTriP1, MeshTri
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    ElementTetP1,
+    ElementTriP0,
+    ElementTriP1,
+    ElementVector,
+    LinearForm,
+    MeshTet,
+    MeshTri,
+)
 from skfem.helpers import dot, grad
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from skfem_dual import DualMesh, ElasticPunch, column_load
+from skfem_dual import DualMesh, ElasticPunch, HalfSpace, column_load, trace
 from skfem_dual.grids import generate
 
 
@@ -41,6 +53,24 @@ def test_many_digits_carry_all(plate, digits, tmp_path):
     solution = ElasticPunch(SOIL, plan, basis, written(K, digits, tmp_path)).solve(f)
     assert solution.success
     assert solution.force == pytest.approx(500, rel=1e-9)
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_softness_is_no_rounding(held):
+    """A long slab, of entries with few digits that are exact, bends by as little."""
+    axes = (0.5 * np.arange(n) for n in (25, 9, 2))
+    mesh = MeshTet.init_tensor(*axes).with_boundaries({"base": lambda x: x[2] == 0})
+    basis = CellBasis(mesh, ElementVector(ElementTetP1()))
+    K = linear_elasticity(*lame_parameters(30e6, 0.25)).assemble(basis)
+    f = LinearForm(lambda v, w: -25.0 * v[2]).assemble(basis)
+    D = basis.get_dofs(lambda x: x[0] == 0) if held else None
+    plan = CellBasis(trace(mesh, "base"), ElementTriP0())
+    exact, near = (
+        ElasticPunch(HalfSpace(30e3, 0.3), plan, basis, k, boundary="base", D=D).solve(f)
+        for k in (K, (1 + 1e-13) * K)
+    )
+    assert exact.success
+    assert exact.cell_deflections == pytest.approx(near.cell_deflections, rel=1e-6)
 
 
 def test_numbers_that_end_early_are_not_rounded():

@@ -17,10 +17,10 @@ ROUNDING = 1e-10
 #: how far entries in single precision may be off
 SINGLE = float(np.finfo(np.float32).eps) / 2
 EPS = float(np.finfo(float).eps)
-#: decimal digits that are taken for rounding; with fewer, numbers have been chosen
-DIGITS = range(5, 14)
+#: decimal digits that are taken for rounding but for the first, with which numbers were chosen
+DIGITS = range(4, 10)
 #: part of the entries that need not use the last digit
-USED = 0.75
+USED = 0.5
 NO_BALANCE = (
     "expected loads that pressures under the plan can balance, got some that would take tension: "
     "they pull, or their resultant lies outside of the plan or beyond its outermost cells. "
@@ -97,13 +97,13 @@ def _digits(entries: ndarray) -> int | None:
     size = np.abs(entries[entries != 0])
     with np.errstate(over="ignore", invalid="ignore"):
         mantissa = size / 10.0 ** np.floor(np.log10(size))
+    fewer = 0.0
     for digits in DIGITS:
         number = mantissa * 10.0 ** (digits - 1)
-        written = np.abs(number - np.rint(number)) <= 4 * EPS * number
-        if written.all():
-            return digits
-        if written.mean() > USED:
-            break
+        written = np.mean(np.abs(number - np.rint(number)) <= 4 * EPS * number)
+        if written == 1:
+            return digits if fewer < USED and digits > DIGITS[0] else None
+        fewer = written
     return None
 
 

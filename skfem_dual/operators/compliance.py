@@ -129,9 +129,15 @@ class Compliance:
         return moved[:, work <= rounding * whole]
 
     def resisted_by_rounding(self, rounding: float) -> int:
-        """Number of motions that resist by no more than entries so far off might."""
-        less = self._inverse.resisting_less(self._scaled[0], rounding)
-        return max(self._known(rounding).shape[1], less) - self._inverse.null.shape[1]
+        """Number of rigid motions that resist by no more than entries so far off might, and by no
+        more than the stiffness of all DOFs, where nothing is held, is off."""
+        left = self._left[self._left <= rounding]
+        if len(left) == 0:
+            return 0
+        matrix, unit = self._scaled
+        _, work, whole = _by_work(matrix, self._shapes[self._free] / unit[:, None])
+        most = min(rounding, NOISE * left.max())
+        return int(np.count_nonzero((work > NOISE * EPS * whole) & (work <= most * whole)))
 
     @computed_once
     def _rounding(self) -> float:
@@ -139,13 +145,19 @@ class Compliance:
         whole, held DOFs too; any if shapes tell no such motion."""
         if self.places is None:
             return SMALL
+        left = self._left[self._left < RIGID]
+        return NOISE * max(EPS, *left) if len(left) else np.inf
+
+    @computed_once
+    def _left(self) -> ndarray:
+        """Work of the stiffness on linear shapes of the whole, held DOFs too, over that of its
+        entries."""
         d = self.stiffness.diagonal()
         some = np.nonzero(d > 0)[0]
         root = np.sqrt(d[some])
         matrix = (diags(1 / root) @ self.stiffness[some][:, some] @ diags(1 / root)).tocsc()
         _, work, whole = _by_work(matrix, self._shapes[some] * root[:, None])
-        left = np.abs(work) / whole
-        return NOISE * max(EPS, *left[left < RIGID]) if (left < RIGID).any() else np.inf
+        return np.abs(work) / whole
 
     @property
     def _shapes(self) -> ndarray:
@@ -220,7 +232,8 @@ def asymmetric(K: Any, i: int, j: int) -> ValueError:
     """What is wrong with a stiffness that differs from its transpose there."""
     return ValueError(
         f"expected a symmetric stiffness, got K[{i}, {j}] = {K[i, j]:g} and "
-        f"K[{j}, {i}] = {K[j, i]:g}"
+        f"K[{j}, {i}] = {K[j, i]:g}. Remedy: the matrix as assembled, DOFs that are held by D= "
+        "instead of enforce, or K + K.T less the diagonal if one triangle is stored"
     )
 
 

@@ -45,8 +45,6 @@ class Split:
         Pseudo-inverse of the Schur complement.
     null : (n, m) array of float
         Null space of the matrix.
-    values, vectors : (k,) and (k, k) array of float
-        Eigenvalues of the Schur complement, from the least on, and its eigenvectors in columns.
     """
 
     few: ndarray
@@ -55,8 +53,6 @@ class Split:
     coupling: ndarray
     small: ndarray
     null: ndarray
-    values: ndarray
-    vectors: ndarray
 
     @classmethod
     def from_matrix(cls, matrix: csc_matrix, node: ndarray, noise: float) -> "Split":
@@ -77,14 +73,7 @@ class Split:
         none = values[zero] <= noise * np.maximum(whole_work(matrix, null), top)
         zero[zero], null = none, null[:, none]
         small = vectors[:, ~zero] / values[~zero] @ vectors[:, ~zero].T
-        return cls(few, rest, factors, coupling, small, null, values, vectors)
-
-    def resisting_less(self, matrix: csc_matrix, rounding: float) -> int:
-        """Number of motions of the few on which ``matrix``, the one given, does no more than a
-        part ``rounding`` of the work of its entries."""
-        moved = np.empty((len(self.few) + len(self.rest), len(self.few)))
-        moved[self.few], moved[self.rest] = self.vectors, -self.coupling @ self.vectors
-        return int(np.count_nonzero(self.values <= rounding * whole_work(matrix, moved)))
+        return cls(few, rest, factors, coupling, small, null)
 
     def solve(self, rhs: ndarray) -> ndarray:
         out = np.empty(rhs.shape)
