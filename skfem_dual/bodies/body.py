@@ -17,14 +17,16 @@ from ..contact.motions import Motions, moving
 from ..contact.shapes import Gap, gap_values
 from ..contact.system import ContactSystem
 from ..elements.edge_weights import EdgeWeights
-from ..elements.resolution import bonded_too_coarse, has_crust
-from ..errors import MeshError, ResolutionWarning, warn
+from ..elements.resolution import bonded_too_coarse, has_crust, too_coarse
+from ..errors import MeshError, ResolutionWarning, warn, warnings_kept
+from ..grids.cellwise import CellwiseBasis
 from ..grids.fan import Fan
+from ..grids.mappings import with_own_mesh
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..ground.substrates import Substrate
 from ..kernels.once import FromFields, computed_once, freeze
-from .kern import kern
+from .kern import kern, require_pressing
 
 #: shapes farther from the ground than so many times what they vary by lose their digits
 OFFSET = 3e4
@@ -44,6 +46,8 @@ def owned(value: Any) -> Any:
             value.sum_duplicates()
         freeze(value)
         return value
+    if isinstance(value, CellBasis) and not isinstance(value, CellwiseBasis):
+        return with_own_mesh(value)
     if type(value) in (list, tuple):
         return type(value)(map(owned, value))
     if isinstance(value, dict):
@@ -113,7 +117,14 @@ class Body(FromFields, ABC):
     def initial_gap(self) -> ndarray:
         """Gap between the unloaded body and the ground in the collocation points."""
         x = self.collocation_points
-        gap = np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x)
+        return readonly(np.zeros(x.shape[1]) if self.gap is None else gap_values(self.gap, x))
+
+    def _warn(self) -> None:
+        """Warn of cells too coarse for the ground and of a shape far above it, when a body is
+        made: copies of it are the same body."""
+        gap, cells = self.initial_gap, self.footprint
+        if coarse := too_coarse(cells.substrate, cells.partition, cells.edge == "singular"):
+            warn(coarse, ResolutionWarning)
         if gap.min() > OFFSET * np.ptp(gap) > 0:
             warn(
                 f"the shape begins {gap.min():.3g} above the ground and varies by "
@@ -121,12 +132,12 @@ class Body(FromFields, ABC):
                 "Remedy: less its least value, which then is part of the settlement",
                 ResolutionWarning,
             )
-        return readonly(gap)
 
     @computed_once
     def sharp(self) -> Self:
         """The same with the edge of a flat punch."""
-        return replace(cast(Any, self), edge="singular")
+        with warnings_kept():  # told when this one was made
+            return replace(cast(Any, self), edge="singular")
 
     def over_edge(self, pressure: ndarray, ribs: ndarray | None = None) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen
@@ -277,6 +288,7 @@ class Movable(Body):
             raise ValueError(
                 "expected a flat punch, got one with a gap, whose contact depends on the force"
             )
+        require_pressing(self.system, self.partition)
         return readonly(self._kern - np.array(self.origin)[:, None])
 
     @computed_once

@@ -130,7 +130,7 @@ class ElasticPunch(Body):
 
     def __post_init__(self) -> None:
         checked_substrate(self.substrate)
-        self._own("stiffness", "boundary", "D", "gap", "edge_boundaries")
+        self._own("basis", "structure", "stiffness", "boundary", "D", "gap", "edge_boundaries")
         self._choose_edge(self.gap is None, self.gap is not None)
         require_facing(self.structure, self.boundary)
         object.__setattr__(self, "origin", self.footprint.origin)
@@ -138,7 +138,7 @@ class ElasticPunch(Body):
         self.loads  # noqa: B018
         self.compliance  # noqa: B018
         self.trace  # noqa: B018
-        self.initial_gap  # noqa: B018
+        self._warn()
 
     def __getstate__(self) -> dict[str, Any]:
         """What makes the punch."""

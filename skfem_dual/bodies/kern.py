@@ -34,7 +34,7 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
     Parameters
     ----------
     system : ContactSystem
-        Of a flat punch, its position that of ``centre``.
+        Of a flat punch, its position that of ``centre``; see `require_pressing`.
     partition : Partition
         Its cells.
     acting : (2, n) array of float
@@ -50,10 +50,29 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
     Raises
     ------
     ConvergenceError
-        If pure settlement does not press on every cell, or so few cells resist no tilt.
+        If so few cells resist no tilt.
     """
     unit, stiffness = system.unit_pressures, system.stiffness
-    settled = unit[:, 0]
+    # tilts by how far they move the edge of the plan, whatever the unit of length
+    scale = np.diag([1.0, *[1 / partition.extent] * 2])
+    tilted = scale @ solve_scaled(scale @ stiffness @ scale, scale[:, 1:])
+    by_moment = unit @ tilted * stiffness[0, 0]
+    ratio = (by_moment / unit[:, :1]).T
+    ends = np.unique(partition.facets[:, edge_ribs(partition)])
+    edge = partition.polygons.p[:, ends]
+    planes = PlaneFit.to_nearest(acting, edge, evening(partition.polygons))
+    on_edge = np.stack([planes(a)[0] for a in ratio])
+    # the half-planes 1 + a . d >= 0 have the polygon polar to the hull of the points -a
+    hull = ConvexHull(-np.hstack([ratio, on_edge]).T)
+    d = -hull.equations[:, :2] / hull.equations[:, 2:]
+    d = d[np.argsort(np.arctan2(d[:, 1], d[:, 0]))].T
+    return readonly(d + (centre + stiffness[1:, 0] / stiffness[0, 0])[:, None])
+
+
+def require_pressing(system: ContactSystem, partition: Partition) -> None:
+    """Refuse a flat punch of which pure settlement does not press on every cell, with a
+    ConvergenceError; warn of one that hardly does."""
+    settled = system.unit_pressures[:, 0]
     bad, least = settled <= 0, int(settled.argmin())
     if bad.any():
         among = bad.copy()
@@ -76,17 +95,3 @@ def kern(system: ContactSystem, partition: Partition, acting: ndarray, centre: n
             "hardly any moment, and the kern may be too large. Remedy: smaller cells",
             ResolutionWarning,
         )
-    # tilts by how far they move the edge of the plan, whatever the unit of length
-    scale = np.diag([1.0, *[1 / partition.extent] * 2])
-    tilted = scale @ solve_scaled(scale @ stiffness @ scale, scale[:, 1:])
-    by_moment = unit @ tilted * stiffness[0, 0]
-    ratio = (by_moment / unit[:, :1]).T
-    ends = np.unique(partition.facets[:, edge_ribs(partition)])
-    edge = partition.polygons.p[:, ends]
-    planes = PlaneFit.to_nearest(acting, edge, evening(partition.polygons))
-    on_edge = np.stack([planes(a)[0] for a in ratio])
-    # the half-planes 1 + a . d >= 0 have the polygon polar to the hull of the points -a
-    hull = ConvexHull(-np.hstack([ratio, on_edge]).T)
-    d = -hull.equations[:, :2] / hull.equations[:, 2:]
-    d = d[np.argsort(np.arctan2(d[:, 1], d[:, 0]))].T
-    return readonly(d + (centre + stiffness[1:, 0] / stiffness[0, 0])[:, None])

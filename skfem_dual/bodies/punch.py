@@ -136,7 +136,7 @@ class RigidPunch(Movable, RigidBodies):
     _refined_by: ClassVar[str] = ", as by refine_to_contact on triangles"
 
     def __post_init__(self) -> None:
-        self._own("gap", "edge_boundaries", "outline", "corners")
+        self._own("basis", "gap", "edge_boundaries", "outline", "corners")
         flat, at_nodes = self.gap is None and not self._periodic, self.collocation == "node"
         self._choose_edge(flat, not (flat or self._periodic or at_nodes))
         symmetry = self.symmetry
@@ -145,8 +145,8 @@ class RigidPunch(Movable, RigidBodies):
             raise TypeError(f'expected symmetry "auto" or a Symmetry, got {shown(symmetry)}')
         # a basis that cannot be used is refused now, and so is a shape
         object.__setattr__(self, "origin", self.footprint.origin)
-        gap = self.initial_gap
-        if self._periodic and not np.ptp(gap) > 0:
+        self._warn()
+        if self._periodic and not np.ptp(self.initial_gap) > 0:
             raise ValueError(
                 "expected a shape for gap on a PeriodicGround, got a flat punch, under which the "
                 "pressure is uniform"

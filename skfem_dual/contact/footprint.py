@@ -18,9 +18,7 @@ from skfem.assembly.basis import AbstractBasis
 from ..arguments import Pair, checked_array, checked_choice, checked_number, checked_pair
 from ..elements.edge_weights import EdgeWeights, load_centroids
 from ..elements.load_matrix import load_matrix
-from ..elements.resolution import too_coarse
 from ..elements.slopes import Slopes
-from ..errors import ResolutionWarning, warn
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
 from ..grids.partition import Partition
@@ -114,8 +112,6 @@ class Footprint(LoadedCells):
             outline = _checked_outline(outline, partition)
         if corners is not None:
             corners = readonly(checked_array("corners", corners, (2, "m")))
-        if coarse := too_coarse(substrate, partition, edge == "singular"):
-            warn(coarse, ResolutionWarning)
         law: tuple[EdgeWeights | None, Slopes | None] = None, None
         if edge == "singular":
             weights = weights_of(substrate, basis, partition, edge_boundaries)

@@ -1,8 +1,10 @@
 """Reference mappings that no other thread is filling, and that keep digits far from the origin."""
 
+from copy import copy
+
 import numpy as np
 from numpy import ndarray
-from skfem import Mesh, MeshQuad1DG, MeshQuad2, MeshTri1DG, MeshTri2
+from skfem import CellBasis, Mesh, MeshQuad1DG, MeshQuad2, MeshTri1DG, MeshTri2
 from skfem.mapping import Mapping, MappingAffine, MappingIsoparametric
 
 #: steps of Newton's method, and the last of them that will do at all and at once
@@ -16,6 +18,23 @@ def own_mapping(mesh: Mesh) -> Mapping:
     without a lock: a thread would read what another has not filled yet.
     """
     return MappingAffine(mesh) if mesh.affine else mesh.mapping()
+
+
+def with_own_mesh(basis: CellBasis) -> CellBasis:
+    """The basis with a mesh of its own, whose coordinates and elements nobody changes in place."""
+    mesh = basis.mesh
+    if not (mesh.doflocs.flags.writeable or mesh.t.flags.writeable):
+        return basis
+    basis, own = copy(basis), copy(mesh)
+    own.__dict__.pop("_cached_mapping", None)
+    for name in ("doflocs", "t"):
+        array = getattr(mesh, name).copy(order="K")
+        array.flags.writeable = False
+        object.__setattr__(own, name, array)
+    basis.mesh = own
+    if type(basis.mapping) in (MappingAffine, MappingIsoparametric):
+        basis.mapping = own_mapping(own)
+    return basis
 
 
 def places_of(mesh: Mesh) -> tuple[ndarray, ndarray]:

@@ -240,7 +240,9 @@ def _require_profile(young: Callable, poisson: float | Callable) -> None:
 
 
 def _values(name: str, profile: float | Callable, z: ndarray) -> ndarray:
-    """A modulus at depths, also where it is not finite."""
+    """A modulus at depths, which are the function's to read, also where it is not finite."""
+    z = z.view()
+    z.flags.writeable = False
     values = np.asarray(called(name, profile, z) if callable(profile) else profile)
     if values.dtype.kind not in "iuf" or values.shape not in ((), z.shape):
         raise TypeError(

@@ -243,9 +243,10 @@ class CellPressures(Resultant):
 
     def pressures_on(self, footprint: Footprint) -> ndarray:
         """Pressures of other cells, none negative, to begin a solution with; shape (n,)."""
-        if footprint.basis is self.footprint.basis:
+        centroids = footprint.partition.centroids
+        if np.array_equal(centroids, self.footprint.partition.centroids):
             return self.pressure.clip(0)
-        pressure = self.pressure_at(footprint.partition.centroids)
+        pressure = self.pressure_at(centroids)
         return np.where(np.isfinite(pressure), pressure, 0.0).clip(0)
 
     def nodal_pressure(self, *, conserve: bool = True) -> tuple[CellBasis, ndarray]:

@@ -17,6 +17,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 from numba.np.ufunc.ufunc_base import UfuncBase
 from skfem import Mesh
+from skfem.assembly.basis import AbstractBasis
 from skfem.element import Element
 
 from ..bodies.body import Body
@@ -25,6 +26,7 @@ from ..bodies.group import RigidPunches
 from ..bodies.punch import RigidPunch
 from ..bodies.punches import Punches
 from ..elements.shape_functions import without_functions
+from ..grids.cellwise import CellwiseBasis
 from ..io.writing import PathLike
 
 try:  # dask and loky bring it, and send classes of a script with it
@@ -223,6 +225,12 @@ def _parts(value: Any, of: Callable[[Any], bytes]) -> Iterable[bytes]:
         return [of(value.__wrapped__)]
     if isinstance(value, Mesh):  # which keeps facets and the like beside its fields once asked
         return map(of, ((f.name, getattr(value, f.name)) for f in fields(value)))
+    if isinstance(value, CellwiseBasis):  # which sets up the rest once asked
+        made = value.dual, value.grid, value.__dict__["_deferred"], value.__dict__.get("tind")
+        return map(of, made)
+    if isinstance(value, AbstractBasis):  # which keeps coordinates and the like, as mappings do
+        kept = ((k, v) for k, v in vars(value).items() if k[0] != "_" and k != "mapping")
+        return sorted(map(of, kept))
     if isinstance(value, Element):  # what plate elements have made of text does not pickle
         value = without_functions(value)
     if reduce := copyreg.dispatch_table.get(type(value)):
