@@ -101,6 +101,23 @@ def test_moduli_that_change_their_depths(name):
         )
 
 
+def test_shapes_of_a_variable_of_a_loop():
+    """With the edge of a flat punch they were those of the last turn."""
+    basis, last = DualMesh.from_mesh(circle()).basis(), {"k": 0.1}
+    first = RigidPunch(UNIT, basis, gap=lambda x: last["k"] * (x**2).sum(axis=0))
+    last["k"] = 0.4
+    with pytest.raises(ValueError, match=r"stays as it was .* lambda x, k=k"):
+        first.solve(settlement=0.3)
+
+
+def test_moduli_of_a_variable_of_a_loop():
+    last = {"k": 1.0}
+    first = GradedHalfSpace(lambda z: 1 + last["k"] * np.minimum(z, 1), 0.25, 1.0)
+    last["k"] = 5.0
+    with pytest.raises(ValueError, match=r"stay as they were .* lambda z, k=k"):
+        RigidPunch(first, DualMesh.from_mesh(circle()).basis()).solve(1.0)
+
+
 def far_above(x):
     return 1e5 + 0.1 * (x**2).sum(axis=0)
 

@@ -136,8 +136,19 @@ class Body(FromFields, ABC):
     @computed_once
     def sharp(self) -> Self:
         """The same with the edge of a flat punch."""
+        self._require_same_shape()
         with warnings_kept():  # told when this one was made
             return replace(cast(Any, self), edge="singular")
+
+    def _require_same_shape(self) -> None:
+        """Refuse a function that tells another shape than when the body was made."""
+        gap, x = self.gap, self.collocation_points
+        if callable(gap) and not np.array_equal(gap_values(gap, x), self.initial_gap):
+            raise ValueError(
+                "expected a shape that stays as it was when the body was made, got a function "
+                "that tells other gaps now; likely cause: a variable of a loop. Remedy: its value "
+                "as a default, lambda x, k=k: ..."
+            )
 
     def over_edge(self, pressure: ndarray, ribs: ndarray | None = None) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen

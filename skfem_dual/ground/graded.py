@@ -61,8 +61,7 @@ class GradedHalfSpace(Stratified):
         object.__setattr__(self, "length", checked_size("length", self.length))
         _require_profile(self.young, self.poisson)
         checked_text("description", self.description)
-        depth = self.length * np.concatenate([[0.0], np.logspace(-6, 6, 49)])
-        ratio, nu = self._moduli(depth)
+        depth, (ratio, nu) = self._depths, self._first
         young = ratio * self._at_surface
         for what, values, good, span in (
             ("young", young, np.isfinite(young) & (young > 0), "positive"),
@@ -204,6 +203,16 @@ class GradedHalfSpace(Stratified):
         young = _values("young", self.young, z)
         return young / self._at_surface, nu
 
+    @property
+    def _depths(self) -> ndarray:
+        """Depths at which moduli are looked at."""
+        return self.length * np.concatenate([[0.0], np.logspace(-6, 6, 49)])
+
+    @computed_once
+    def _first(self) -> tuple[ndarray, ndarray]:
+        """What they were there when the ground was made."""
+        return self._moduli(self._depths)
+
     @computed_once
     def _at_surface(self) -> float:
         """Young's modulus at the surface."""
@@ -225,6 +234,12 @@ class GradedHalfSpace(Stratified):
 
     @property
     def strata(self) -> Strata:
+        if not np.array_equal(self._moduli(self._depths), self._first, equal_nan=True):
+            raise ValueError(
+                "expected moduli that stay as they were when the ground was made, got functions "
+                "that tell others now; likely cause: a variable of a loop. Remedy: its value as a "
+                "default, lambda z, k=k: ..."
+            )
         return Strata((Stratum(np.inf, self._moduli, False),), None)
 
 
