@@ -724,3 +724,22 @@ def test_sets_of_abaqus_are_whole_or_left_out(tmp_path, lines, told):
     else:
         assert subdomains["W"].tolist() == [0, 2, 3]
         assert not left
+
+
+def test_layers_on_rock_in_files(tmp_path):
+    """In the words of messages, which had led to themselves."""
+    layer = "[[layers]]\nthickness = 2.0\nyoung = 30e3\npoisson = 0.3\n"
+    path = tmp_path / "rock.toml"
+    path.write_text(layer + 'base = "bonded"\n')
+    with pytest.raises(ValueError, match=r'base = "bonded" as the first line .* one of a layer'):
+        read_substrate(path)
+    for word in ("bonded", "rigid"):
+        path.write_text(f'base = "{word}"\n' + layer)
+        assert read_substrate(path).base == "bonded"
+    path = tmp_path / "rock.csv"
+    for last, message in (("3,4e4,0.3", "rigid and empty cells"), ("rigid", "beside empty cells")):
+        path.write_text("thickness,E,nu\n2,3e4,0.3\n" + last + "\n")
+        with pytest.raises(ValueError, match=message):
+            read_substrate(path)
+    path.write_text("thickness,E,nu\n2,3e4,0.3\nrigid,,\n")
+    assert read_substrate(path).base == "bonded"

@@ -10,7 +10,7 @@ from ..ground.substrates import HalfSpace
 from ..messages import one_line, shown
 from ..units import PLAIN, Units
 from .guarded import require_file, text_of
-from .layers import LEAST, MOST, read_layers
+from .layers import LEAST, MOST, RIGID, read_layers
 from .writing import PathLike
 
 
@@ -82,12 +82,14 @@ def read_substrate(
         had = one_line(", ".join(sorted(found)), 60) or "nothing"
         raise ValueError(
             f"expected a table [base] with young and poisson in {path}, got {had}. Remedy: a line "
-            '[base] before those of the ground below all layers, or base = "bonded"'
+            '[base] before those of the ground below all layers, or base = "bonded" as the first '
+            "line of the file: after [[layers]] it is one of a layer"
         )
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})
     base, layers = found["base"], found.get("layers", [])
     if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
         raise ValueError(f"expected tables [[layers]] in {path}, got layers = {shown(layers)}")
+    base = RIGID.get(base, base) if isinstance(base, str) else base
     rigid = base in ("bonded", "smooth")
     if not rigid and not isinstance(base, dict):
         raise ValueError(

@@ -134,13 +134,13 @@ def _below(numbers: _Numbers, rows: list[Cells]) -> Any:
     if none:
         raise ValueError(
             f"{last}: expected {' and '.join(none)} of what lies below the layers, got none. "
-            "Remedy: its moduli, or the word rigid there"
+            "Remedy: its moduli, or the word rigid and empty cells"
         )
     moduli = numbers.moduli(rows[-1])
     if ends in columns and cells[columns[ends]].lower() not in OPEN:
         raise ValueError(
             f"{last}: expected what lies below the layers, got one more. Remedy: a last line "
-            "without thickness, or the word rigid there"
+            "without thickness, or the word rigid and empty cells"
         )
     return moduli
 

@@ -105,7 +105,10 @@ def read_table(
             cells.pop()
         rows.append((where, cells))
         if len(cells) != columns:
-            raise ValueError(f"{where}: expected {columns} columns, got {len(cells)}")
+            raise ValueError(
+                f"{where}: expected {columns} columns, got {len(cells)}. Remedy: as many marks "
+                "between them in each line, beside empty cells too"
+            )
     (where, heads), *below = rows
     headings = [Heading.of(head) for head in heads]
     make_numbers(
