@@ -232,6 +232,20 @@ def test_a_case_that_only_pushes_leaves_the_others(capsys, tmp_path):
     assert "100 %" in both
 
 
+def test_ground_that_pulls_is_told_in_tables(capsys, tmp_path):
+    """Cells on which it would have to are in contact, too."""
+    path, loads = tmp_path / "pad.csv", tmp_path / "loads.csv"
+    path.write_text("0,0\n4,0\n4,3\n0,3\n")
+    loads.write_text("name,force,ex,ey\nedge,400,1.5,0\nmiddle,400,0,0\n")
+    arguments = "solve", path, *GROUND, "--loads", loads, "--origin", "2", "1.5"
+    _, out, _ = run(capsys, *arguments, "--bilateral")
+    edge, middle = (row for row in out.splitlines() if row.startswith(("edge ", "middle ")))
+    assert re.search(r"100 %  ground pulls on \d\d\.\d %$", edge)
+    assert middle.endswith("100 %")
+    _, out, _ = run(capsys, *arguments)
+    assert "ground pulls" not in out
+
+
 def test_a_table_of_corners_in_another_unit(capsys, tmp_path):
     path = tmp_path / "pad.csv"
     path.write_text("x [mm]; y [mm]\n0; 0\n3000; 0\n3000; 2000,0\n0; 2000\n")

@@ -306,6 +306,7 @@ def test_couples_and_forces_that_pull_are_told(capsys, tmp_path, plate):
     _, pulled = (found["structures"] or found["footings"])[0]["cases"]
     assert pulled["point"] == pytest.approx([x + 1, y], abs=1e-6)
     page = (tmp_path / "out.html").read_text()
+    assert ("Origin of moments" if plate else "Origin of settlement and moments") in page
     (told,) = re.findall(r"<table[^>]*>(?:(?!</table>).)*mx \[kN·m\]</th>.*?</table>", page, re.S)
     values = [float(v) for v in re.findall(r'value="([^"]*)"', told)]
     assert min(abs(v - 30) for v in values) < 1e-6

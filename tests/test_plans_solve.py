@@ -252,14 +252,14 @@ def test_the_search_ends_where_products_will_not_do(monkeypatch):
         attempt = on(self, mesh, size, begin)
         if attempt.cells < 150:
             return attempt
-        bad = [replace(s, success=False, message="by 1e-8") for s in attempt.solutions]
+        said = "by 1e-8. Remedy: go on from this solution, start="
+        bad = [replace(s, success=False, message=said) for s in attempt.solutions]
         return replace(attempt, solutions=tuple(bad))
 
     monkeypatch.setattr(Problem, "on", failing)
     monkeypatch.setattr("skfem_dual.plans.search.DENSE", 100)
-    with pytest.warns(
-        ResolutionWarning, match=r"not reached: the error is .* with \d+, after \S+ s, by 1e-8"
-    ):
+    message = r"not reached: the error is .* with \d+, after \S+ s, by 1e-8. Remedy: accuracy=, or"
+    with pytest.warns(ResolutionWarning, match=message):
         solution = solve_plan(Plan.circle((0, 0), 1.0), SOIL, 1.0, accuracy=1e-5)
     assert solution.success
     assert not solution.accuracy.reached

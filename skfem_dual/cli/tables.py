@@ -89,7 +89,7 @@ def case_table(bodies: Sequence[ReportedBody], bases: Sequence[Base], times: Map
         share = [f"{100 * s:.3g} %" if np.isfinite(s) else "-" for s in body.contact_share]
         unsolved = body.details.unsolved
         names = ["case", "", *(shortened(name, NAME) for name in (*body.names, *unsolved))]
-        found = ["", "", *("" if ok else "NO SOLUTION" for ok in body.success)]
+        found = ["", "", *_remarks(body)]
         told = [[*column, *["-"] * len(unsolved)] for column in (*shown, ["contact", "", *share])]
         table = [names, *told, [*found, *["NO SOLUTION"] * len(unsolved)]]
         widths = [max(map(len, column)) for column in table]
@@ -109,6 +109,14 @@ def case_table(bodies: Sequence[ReportedBody], bases: Sequence[Base], times: Map
             f"{1 / max(pair.distortion, 1e-12):.4g}, {pair.case}"
         )
     return "\n".join([*lines, f"{'Time [s]':<19}{_times(times)}"])
+
+
+def _remarks(body: ReportedBody) -> list[str]:
+    """What is to be known of cases beside their numbers."""
+    pulls = [
+        f"ground pulls on {100 * share:.3g} %" if share else "" for share in body.pulled_share
+    ]
+    return [pull if ok else "NO SOLUTION" for ok, pull in zip(body.success, pulls, strict=True)]
 
 
 def _columns(body: ReportedBody, units: Units) -> list[tuple[str, Unit, np.ndarray]]:

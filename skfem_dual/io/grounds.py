@@ -86,10 +86,12 @@ def read_substrate(
             "line of the file: after [[layers]] it is one of a layer"
         )
     _require_keys(f"the file {path}", found, {"base"}, {"layers"})
-    base, layers = found["base"], found.get("layers", [])
+    base: Any = found["base"]
+    layers = found.get("layers", [])
     if not isinstance(layers, list) or not all(isinstance(layer, dict) for layer in layers):
         raise ValueError(f"expected tables [[layers]] in {path}, got layers = {shown(layers)}")
-    base = RIGID.get(base, base) if isinstance(base, str) else base
+    if isinstance(base, str):
+        base = RIGID.get(base, base)
     rigid = base in ("bonded", "smooth")
     if not rigid and not isinstance(base, dict):
         raise ValueError(

@@ -118,10 +118,11 @@ def search(problem: Problem, accuracy: float, memory: float) -> tuple[Attempt, A
         if last.found and not finer.found and finer.cells > DENSE:
             # it is the tolerance of products without a matrix that will not do
             failed = next(s.message for s in finer.solutions if not s.success)
+            failed, *_ = failed.partition(". Remedy: ")  # for who has the solution
             message = (
                 f"the accuracy of {accuracy:.1e} is not reached: the error is about {error:.1e} "
                 f"with {last.cells} cells; with {finer.cells}, after {finer.seconds:.3g} s, "
-                f"{failed}"
+                f"{failed}. Remedy: accuracy=, or a load farther from the edge of the plan"
             )
             break
         first, cells = len(trials) == 1, finer.solutions[0].footprint.partition

@@ -18,7 +18,7 @@ from ..plans.solve import PlanSolution
 from ..solutions.cases_solution import CasesSolution, Extreme
 from ..solutions.punch_solution import PunchSolution
 from .details import Details
-from .numbers import LEVEL, Standing, distance_inside, reach
+from .numbers import LEVEL, Standing, distance_inside, pulled_area, reach
 from .page import DASH
 from .results import point_names, wanted_names
 
@@ -55,6 +55,11 @@ class UnderCases(ABC):
     @abstractmethod
     def success(self) -> ndarray:
         """Whether contact was found, shape (k,)."""
+
+    @property
+    @abstractmethod
+    def pulled_share(self) -> ndarray:
+        """Area on which the ground would have to pull over that of the plan, shape (k,)."""
 
     @property
     @abstractmethod
@@ -156,6 +161,12 @@ class Footing(UnderCases):
     def contact_share(self) -> ndarray:
         """Area in contact over that of the plan, shape (k,)."""
         return self.cases.contact_share
+
+    @cached_property
+    def pulled_share(self) -> ndarray:
+        """See `UnderCases.pulled_share`; 0 without a solution."""
+        pulled = [0.0 if s is None else pulled_area(s) for s in self.cases.solutions]
+        return np.array(pulled) / self.plan.partition.areas.sum()
 
     @cached_property
     def extremes(self) -> tuple[Extreme, ...]:

@@ -114,6 +114,11 @@ def reach(polygon: ndarray, centre: ndarray, x: ndarray) -> ndarray:
     return np.where(negligible, np.inf, 1 / np.where(negligible, 1.0, covered))
 
 
+def pulled_area(solution: Any) -> float:
+    """Area of the cells on which the ground would have to pull."""
+    return float(solution.footprint.partition.areas[solution.pressure < 0].sum())
+
+
 @dataclass(frozen=True, eq=False)
 class LoadedPlan:
     """The plan of a body and the resultant on it.
@@ -200,8 +205,7 @@ class LoadedPlan:
     @property
     def pulled_area(self) -> float:
         """Area of the cells under tension."""
-        pulled = self.solution.pressure < 0
-        return float(self.solution.punch.partition.areas[pulled].sum())
+        return pulled_area(self.solution)
 
     @property
     def scale(self) -> ndarray:

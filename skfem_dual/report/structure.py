@@ -144,6 +144,7 @@ def input_rows(
         ("Pressure inside the cells", edge_rule(punch), NONE),
         *extent_rows(plan),
         ("Shape of the unloaded base", shape_of(punch.gap), NONE),
+        ("Origin of moments", placed(plan.origin, plan.size), symbol(plan.units.length)),
     ]
 
 

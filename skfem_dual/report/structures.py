@@ -146,6 +146,11 @@ class Structure(UnderCases):
         """Area in contact over that of the plan, shape (k,)."""
         return np.array([1 - plan.lifted_share for plan in self.standings])
 
+    @cached_property
+    def pulled_share(self) -> ndarray:
+        """See `UnderCases.pulled_share`."""
+        return np.array([plan.pulled_area / plan.plan_area for plan in self.standings])
+
     @property
     def radius(self) -> float:
         """Radius of the circle whose mean pressure is compared."""

@@ -281,13 +281,14 @@ class CasesSolution(ReadOnly):
     def __repr__(self) -> str:
         head = "  case          force        settlement   tilt                      contact"
         rows = [
-            f"  {name:<14}{force:<13.6g}{w:<13.6g}{f'({lx:.4g}, {ly:.4g})':<26}{share:.3g}"
-            for name, force, w, lx, ly, share in zip(
+            f"  {name:<14}{force:<13.6g}{w:<13.6g}{f'({lx:.4g}, {ly:.4g})':<26}{share:.3g}{pulls}"
+            for name, force, w, lx, ly, share, pulls in zip(
                 [shortened(name, 13) for name in self.names],
                 self.force,
                 self.settlement,
                 *self.tilt,
                 self.contact_share,
+                ["" if s is None or s.pressure.min() >= 0 else ", pulls" for s in self.solutions],
             )
         ]
         if len(rows) > 12:
