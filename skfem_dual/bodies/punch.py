@@ -186,7 +186,7 @@ class RigidPunch(Movable, RigidBodies):
 
     @computed_once
     def operator(self) -> ndarray | SymmetricMatrix | InfluenceOperator:
-        """The matrix, or what stands for it: its blocks, or a fast summation to the tolerance."""
+        """The matrix as an array, blocks of a symmetric one, or a fast summation of many cells."""
         symmetry, cells = self._symmetry, self.footprint
         regular = cells.regular or self._periodic
         if symmetry is None and self.rtol is None and cells.few and not regular:

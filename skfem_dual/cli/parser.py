@@ -73,7 +73,8 @@ def build_parser() -> argparse.ArgumentParser:
         description="Footings and rafts on the ground, and dual grids of triangulations.",
         epilog="Exit codes: 0; 1 if check found a fault in the mesh; 2 after an error, told in "
         "one line on stderr; 3 if solve found no solution that holds; 4 if it is not as accurate "
-        "as asked for; 130 if interrupted. Files are written before the table is printed.",
+        "as asked for; 130 if interrupted, 143 if ended by SIGTERM. Files are written before the "
+        "table is printed.",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(required=True, metavar="{solve,dual,check}")

@@ -116,7 +116,8 @@ def bulge_of(start: Pair, through: Pair, end: Pair) -> float:
 def _coordinates(name: str, corners: Any) -> tuple[ndarray, ndarray | None]:
     """Coordinates of shape (2, n), and bulges if there are any."""
     if not isinstance(corners, ndarray):
-        checked_instance(name, corners, (Sequence, ndarray), "a list of pairs (x, y)")
+        wanted = "a list of pairs (x, y); circles are plans, of several rings Plan.from_rings"
+        checked_instance(name, corners, (Sequence, ndarray), wanted)
         if isinstance(corners, str):
             raise TypeError(f"expected a list of pairs (x, y) for {name}, got {shown(corners)}")
         corners = list(corners)
