@@ -740,6 +740,21 @@ def test_rounding_to_single_precision_holds_no_structure():
     assert ElasticPunch(SOIL, plan, basis, weak, "base").stiffness.shape == K.shape
 
 
+def test_supports_that_have_been_eliminated_are_held():
+    """With a number on the diagonal: the cell above was taken for a part without a load."""
+    mesh = generate.rectangle(8.0, 5.0, n=100)
+    basis, K = kirchhoff(mesh)
+    plan = DualMesh.from_mesh(mesh).basis()
+    f = load.assemble(basis, q=1.0)
+    support = basis.nodal_dofs[0, np.hypot(*mesh.p).argmin()]
+    kept = np.ones(basis.N)
+    kept[support] = 0.0
+    held = ElasticPunch(SOIL, plan, basis, 1e3 * K, D=[support]).solve(f)
+    eliminated = diags(kept) @ (1e3 * K) @ diags(kept) + diags(1 - kept)
+    solution = ElasticPunch(SOIL, plan, basis, eliminated).solve(kept * f)
+    assert solution.force == pytest.approx(held.force, rel=1e-6)
+
+
 @pytest.mark.parametrize("held", [False, True])
 def test_sheets_bend_softly_but_not_freely(held):
     """Less than a thousandth as thick as long."""
