@@ -246,8 +246,18 @@ def test_cases_without_a_solution_are_named(capsys, tmp_path, footing):
     code, _, err = run(capsys, "solve", footing[0], *UNITS, "--loads", loads)
     assert code == 3
     assert err[-1].startswith(
-        "skfem-dual: no solution in 2 of 3 cases, gale, lift; gale: expected"
+        "skfem-dual: no solution in 2 of 3 cases, gale and lift; gale: expected"
     )
+
+
+def test_many_cases_without_a_solution_are_counted(capsys, tmp_path, footing):
+    """Names were cut in the middle, and what was expected was cut away."""
+    rows = "".join(f"a case with a long name {i},1,2.5,0\n" for i in range(12))
+    loads = cases_in(tmp_path, "name,force,ex,ey\n" + rows)
+    code, _, err = run(capsys, "solve", footing[0], *UNITS, "--loads", loads)
+    assert code == 3
+    assert "in 12 of 12 cases; a case with a long name 0: expected a resultant within" in err[-1]
+    assert "Remedy: move the load by more than" in err[-1]
 
 
 def test_the_outline_that_turns_over_is_named(capsys, tmp_path):

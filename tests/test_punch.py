@@ -18,6 +18,7 @@ from skfem_dual import (
     ConvergenceWarning,
     DualMesh,
     HalfSpace,
+    Load,
     MeshError,
     Paraboloid,
     PunchSolution,
@@ -370,6 +371,11 @@ def test_mechanisms_are_refused_however_they_are_turned():
                 RigidPunch(UNIT, basis).solve(1.0, (0.1, 0.1))
             with pytest.raises(ConvergenceError, match="move without resistance"):
                 RigidPunch(UNIT, basis).kern()
+
+
+def test_a_load_for_a_force_is_told():
+    with pytest.raises(TypeError, match=r"a number for force, got a Load. Remedy: its fields"):
+        punch(disc(2), "dual").solve(Load(force=1.0))
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])

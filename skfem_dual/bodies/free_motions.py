@@ -77,7 +77,7 @@ class FreeMotions:
         linked = csr_matrix(moving @ self.compliance.stiffness @ moving)
         linked.eliminate_zeros()
         _, part = connected_components(linked, directed=False)
-        # of a cell that moves, by what it moves with; some DOFs may be held by entries of their own
+        # a cell is of the part it moves with: DOFs may be held by entries of their own
         share = np.abs(self.resisted).max(axis=1, initial=0.0)
         weight = diags(share) if share.any() else moving
         most = np.asarray(abs(self.trace @ moving @ weight).argmax(axis=1)).ravel()

@@ -16,7 +16,7 @@ from ..contact.system import DENSE
 from ..errors import ConvergenceError, MeshWarning
 from ..io import write_solution, write_structure
 from ..io.cases import write_rows
-from ..messages import shortened
+from ..messages import listed
 from ..report import write_data, write_report
 from ..report.bodies import ReportedBody, bodies_of
 from ..report.checks import DEFORMED
@@ -47,6 +47,8 @@ from .tables import case_table, solution_table
 
 #: from this part of the extent of its plan on the thickness of a plate is in another unit
 THICK = 0.5
+#: cases without a solution that are all named
+FEW = 3
 
 
 def solve(options: argparse.Namespace) -> tuple[int, str]:
@@ -212,8 +214,8 @@ def _failed(bodies: Sequence[ReportedBody]) -> str:
     count = len(bodies[0].names) + len(unsolved)
     if count == 1:
         return f": {in_options(why)}"
-    which = shortened(", ".join(failed), 60)
-    named = f"{len(failed)} of {count} cases, {which}; {first}" if others else first
+    which = f", {listed(list(failed))}" if len(failed) <= FEW else ""  # the table has all
+    named = f"{len(failed)} of {count} cases{which}; {first}" if others else first
     return f" in {named}: {in_options(why)}"
 
 

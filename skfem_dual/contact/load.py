@@ -71,6 +71,11 @@ class Load:
             )
         if self.tilt is not None and (self.at is not None or self.moments is not None):
             raise ValueError("expected either a tilt or a load point with moments, got both")
+        if isinstance(self.force, Load):
+            raise TypeError(
+                "expected a number for force, got a Load. Remedy: its fields, force=, at= and so "
+                "on, or solve_many([load])"
+            )
         for name in ("force", "settlement", "torsion"):
             if (value := getattr(self, name)) is not None:
                 value = checked_number(name, value)
