@@ -95,6 +95,8 @@ def _digits(entries: ndarray) -> int | None:
     """Decimal digits to which entries have been rounded, as in some files; None if they have not,
     or too few of them use the last digit to tell."""
     size = np.abs(entries[entries != 0])
+    if len(size) == 0:
+        return None
     with np.errstate(over="ignore", invalid="ignore"):
         mantissa = size / 10.0 ** np.floor(np.log10(size))
     fewer = 0.0
