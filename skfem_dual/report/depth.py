@@ -6,6 +6,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import Pair
+from ..errors import warnings_kept
 from ..ground.stratified import Stratified
 from ..ground.substrates import HalfSpace
 from ..solutions.below import Profile, pushed, settlement_by_layers, vertical_profile
@@ -86,14 +87,15 @@ def below(solution: CellPressures | None, at: Pair | None) -> Below | None:
     both = np.append(inside, (1 + JUST_BELOW) * inside)
     even = ground.strata.on_interfaces(DEPTHS / DEPTHS[-1] * lowest)
     depths = np.union1d(even, both)
-    profile = vertical_profile(solution, at, depths)
     numbers = np.arange(1, STEPS * len(depths) + 1) / STEPS
     closer = np.interp(numbers, np.arange(len(depths) + 1), [0.0, *depths])
-    curve = vertical_profile(solution, at, closer)
     finite = interfaces[:-1]
-    depths = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
-    parts = settlement_by_layers(solution, np.reshape(at, (2, 1)), depths)[:, 0]
-    return Below(profile, curve, depths, parts, float(interfaces[-1]))
+    parted = finite if len(finite) else PARTS / DEPTHS[-1] * lowest
+    with warnings_kept():  # pages say that horizontal loads are left out
+        profile = vertical_profile(solution, at, depths)
+        curve = vertical_profile(solution, at, closer)
+        parts = settlement_by_layers(solution, np.reshape(at, (2, 1)), parted)[:, 0]
+    return Below(profile, curve, parted, parts, float(interfaces[-1]))
 
 
 def depth_of_footing(footing: Footing) -> Html:
