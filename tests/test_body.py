@@ -15,6 +15,7 @@ from skfem import (
     ElementTriP1,
     MeshQuad,
     MeshTri,
+    MeshTri2,
 )
 
 from skfem_dual import (
@@ -30,6 +31,7 @@ from skfem_dual import (
     column_load,
     sweep,
 )
+from skfem_dual.grids.mappings import with_own_mesh
 from skfem_dual.sweeps.records import fingerprint
 
 UNIT = HalfSpace(1.0, 0.25)
@@ -77,6 +79,17 @@ def test_structures_on_meshes_that_are_moved_later():
         assert np.array_equal(same.solve(f).cell_deflections, expected)
 
 
+def test_mappings_of_others_stay():
+    """A basis on straight triangles may have the mapping of curved ones."""
+    mesh = circle()
+    curved = MeshTri2.from_mesh(mesh)
+    basis = CellBasis(mesh, ElementTriP0(), mapping=curved.mapping())
+    assert with_own_mesh(basis).mapping is basis.mapping
+    own = with_own_mesh(CellBasis(mesh, ElementTriP0()))
+    assert own.mapping.mesh is own.mesh is not mesh
+    assert with_own_mesh(own) is own
+
+
 def test_shapes_on_meshes_that_are_moved_later():
     mesh = circle()
     basis = CellBasis(mesh, ElementTriP1())
@@ -108,6 +121,11 @@ def test_shapes_of_a_variable_of_a_loop():
     last["k"] = 0.4
     with pytest.raises(ValueError, match=r"stays as it was .* lambda x, k=k"):
         first.solve(settlement=0.3)
+    last["k"] = 0.1
+    with_edge = RigidPunch(UNIT, basis, edge="singular", gap=first.gap)
+    last["k"] = 0.4
+    with pytest.raises(ValueError, match=r"stays as it was .* lambda x, k=k"):
+        with_edge.solve(settlement=0.3)
 
 
 def test_moduli_of_a_variable_of_a_loop():
@@ -116,6 +134,16 @@ def test_moduli_of_a_variable_of_a_loop():
     last["k"] = 5.0
     with pytest.raises(ValueError, match=r"stay as they were .* lambda z, k=k"):
         RigidPunch(first, DualMesh.from_mesh(circle()).basis()).solve(1.0)
+
+
+def test_what_the_edge_of_a_flat_punch_takes_is_told_when_it_is_taken():
+    """Not of the shape, which has none; it was told when both were made, or not at all."""
+    ground = LayeredHalfSpace([Layer(0.01, 0.003, 0.49)], HalfSpace(1.0, 0.3))
+    basis = DualMesh.from_mesh(MeshTri.init_circle(3)).basis()
+    punch = RigidPunch(ground, basis, gap=Paraboloid(1e5))
+    with pytest.warns(ResolutionWarning, match="are too coarse"):
+        pressed = punch.solve(1.0)
+    assert pressed.punch.edge == "singular"
 
 
 def far_above(x):

@@ -395,6 +395,17 @@ def test_arcs_that_are_nearly_circles_are_not_points(short, up, tmp_path):
     )
 
 
+@pytest.mark.parametrize("start", [0.0, 0.1, 152.2, 359.9])
+def test_arcs_of_a_whole_turn_are_circles(start, tmp_path):
+    """A turn is 360 degrees but for rounding, which was taken for all of it."""
+
+    def draw(space, layer):
+        space.add_arc((6, 4), 2.5, start, start + 360, dxfattribs=layer)
+
+    (ring,) = Plan.read(drawing(tmp_path / "a.dxf", draw)).rings
+    assert ring.is_circle
+
+
 def test_what_lies_astray_swallows_no_hole(tmp_path):
     """Ends within a millionth of the extent join, some metres if something is at the origin."""
     x, y = 451200.0, 5411900.0
@@ -430,6 +441,16 @@ def test_what_does_not_show_is_left_out(tmp_path):
 
     with pytest.warns(MeshWarning, match="left out 1 hidden CIRCLE; only lines and curves that"):
         plan = Plan.read(drawing(tmp_path / "a.dxf", draw), layer="F")
+    assert plan.area == pytest.approx(4 * np.pi)
+
+    def blocks(space, layer):
+        for name, radius in (("shown", 2), ("hole", 1)):
+            space.doc.blocks.new(name).add_circle((0, 0), radius)
+        space.add_blockref("shown", (0, 0))
+        space.add_blockref("hole", (0, 0), dxfattribs={"invisible": 1})
+
+    with pytest.warns(MeshWarning, match="left out 1 hidden INSERT"):
+        plan = Plan.read(drawing(tmp_path / "b.dxf", blocks))
     assert plan.area == pytest.approx(4 * np.pi)
 
 

@@ -384,6 +384,11 @@ def test_curved_elements_are_refused():
     sheared = CellBasis(bent(MeshTri2, MeshTri().refined(2)), ElementTriP2())
     with pytest.raises(ValueError, match=r"straight sides, got elements 0, 1, .* of a MeshTri2"):
         evaluate(sheared, sheared.ones(), [[0.1], [0.2]])
+    quarter = MeshTri2.from_mesh(large).doflocs.copy()
+    dofs = MeshTri2.from_mesh(large).dofs.facet_dofs[0]
+    quarter[:, dofs] += 0.1 * (large.p[:, large.facets[1]] - large.p[:, large.facets[0]])
+    shifted = CellBasis(MeshTri2(quarter, large.t), ElementTriP2())
+    assert evaluate(shifted, shifted.doflocs[0], [[0.1], [0.2]]) == pytest.approx(0.1)
     straight = CellBasis(MeshTri2.from_mesh(large), ElementTriP2())
     assert evaluate(straight, straight.doflocs[0], [[0.1], [0.2]]) == pytest.approx(0.1)
 

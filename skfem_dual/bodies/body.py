@@ -122,9 +122,9 @@ class Body(FromFields, ABC):
     def _warn(self) -> None:
         """Warn of cells too coarse for the ground and of a shape far above it, when a body is
         made: copies of it are the same body."""
-        gap, cells = self.initial_gap, self.footprint
-        if coarse := too_coarse(cells.substrate, cells.partition, cells.edge == "singular"):
-            warn(coarse, ResolutionWarning)
+        gap = self.initial_gap
+        if self._coarse:
+            warn(self._coarse, ResolutionWarning)
         if gap.min() > OFFSET * np.ptp(gap) > 0:
             warn(
                 f"the shape begins {gap.min():.3g} above the ground and varies by "
@@ -134,14 +134,23 @@ class Body(FromFields, ABC):
             )
 
     @computed_once
+    def _coarse(self) -> str:
+        """Why its cells are too coarse for the ground; empty if they are not."""
+        cells = self.footprint
+        return too_coarse(cells.substrate, cells.partition, cells.edge == "singular") or ""
+
+    @computed_once
     def sharp(self) -> Self:
         """The same with the edge of a flat punch."""
-        self._require_same_shape()
-        with warnings_kept():  # told when this one was made
-            return replace(cast(Any, self), edge="singular")
+        self._same_shape()
+        with warnings_kept():  # told when this one was made, but for what its edge is
+            sharp = replace(cast(Any, self), edge="singular")
+        if sharp._coarse and not self._coarse:
+            warn(sharp._coarse, ResolutionWarning)
+        return sharp
 
-    def _require_same_shape(self) -> None:
-        """Refuse a function that tells another shape than when the body was made."""
+    def _same_shape(self) -> Any:
+        """The shape, if it is not a function that tells another than when the body was made."""
         gap, x = self.gap, self.collocation_points
         if callable(gap) and not np.array_equal(gap_values(gap, x), self.initial_gap):
             raise ValueError(
@@ -149,6 +158,7 @@ class Body(FromFields, ABC):
                 "that tells other gaps now; likely cause: a variable of a loop. Remedy: its value "
                 "as a default, lambda x, k=k: ..."
             )
+        return gap
 
     def over_edge(self, pressure: ndarray, ribs: ndarray | None = None) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import ndarray
 
 from ..arguments import checked_integer, checked_sequence
+from ..errors import warnings_kept
 from ..grids.outline import edge_ribs, on_ribs
 from ..grids.partition import Partition
 from ..operators.symmetry import Symmetry
@@ -42,11 +43,12 @@ def free_of(punch: RigidPunch, parts: list[Partition]) -> RigidPunch:
     free = free_ribs(own, ribs, parts)
     if len(free) == len(ribs):
         return punch
-    if len(free) == 0:
-        return replace(punch, edge="constant", edge_boundaries=None)
-    # a symmetry that was given may be none of what is left of the edge
-    symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
-    return replace(punch, edge_boundaries=np.unique(own.boundary[free]), symmetry=symmetry)
+    with warnings_kept():  # told when it was made
+        if len(free) == 0:
+            return replace(punch, edge="constant", edge_boundaries=None)
+        # a symmetry that was given may be none of what is left of the edge
+        symmetry = "auto" if isinstance(punch.symmetry, Symmetry) else punch.symmetry
+        return replace(punch, edge_boundaries=np.unique(own.boundary[free]), symmetry=symmetry)
 
 
 def free_ribs(own: Partition, ribs: ndarray, parts: Sequence[Partition]) -> ndarray:

@@ -365,9 +365,9 @@ class RigidPunch(Movable, RigidBodies):
             return False
         return self.gap is None or bool(contact.touching.all() and self.work.gaps is not None)
 
-    @property
+    @computed_once
     def _shape(self) -> Callable[[ndarray], ndarray | None] | None:
-        return None if self.gap is None else partial(gaps_beside, self.gap)
+        return None if self.gap is None else partial(gaps_beside, self._same_shape())
 
     def answers(
         self,

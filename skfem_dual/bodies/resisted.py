@@ -18,7 +18,7 @@ ROUNDING = 1e-10
 SINGLE = float(np.finfo(np.float32).eps) / 2
 EPS = float(np.finfo(float).eps)
 #: decimal digits that are taken for rounding but for the first, with which numbers were chosen
-DIGITS = range(4, 10)
+DIGITS = range(4, 12)
 #: part of the entries that need not use the last digit
 USED = 0.5
 NO_BALANCE = (
@@ -51,7 +51,7 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"expected a stiffness of real numbers, got {K.dtype}. Remedy: K.real, if all of it "
             "is real"
         )
-    single = K.dtype.kind == "f" and K.dtype.itemsize < 8
+    single, whole = K.dtype.kind == "f" and K.dtype.itemsize < 8, K.dtype.kind in "biu"
     K = csc_matrix(K, dtype=float, copy=True)
     K.eliminate_zeros()  # entries that are stored link no DOFs
     bad = np.nonzero(~np.isfinite(K.data))[0]
@@ -62,25 +62,17 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"{K.data[bad[0]]}, {len(bad)} in all"
         )
     yields = Compliance(K, checked_dofs(D, n), structure.doflocs, _kinds(structure))
-    digits = None if single else _digits(K.data)
-    if single or _of_single_precision(K.data):
-        _require_no_rounding(yields, SINGLE, "in single precision", "assemble it in double")
-    elif digits is not None:
-        # errors of many different entries cancel
-        many = len(np.unique(np.abs(K.data)))
-        rounding = 0.5 * 10.0 ** (1 - digits) * min(1.0, 10 / np.sqrt(many))
-        _require_no_rounding(yields, rounding, f"of {digits} digits", "write it in full")
-    return yields
-
-
-def _require_no_rounding(yields: Compliance, rounding: float, got: str, remedy: str) -> None:
-    moving = yields.resisted_by_rounding(rounding)
-    if moving:
+    rounding = SINGLE if single or _of_single_precision(K.data) else 0.0
+    if not (rounding or whole):
+        rounding = 0.5 * 10.0 ** (1 - _digits(K.data))
+    if moving := yields.resisted_by_rounding(rounding):
         raise ValueError(
-            f"expected a stiffness that resists by more than rounding, got one {got} that "
-            f"resists {moving} rigid motions by less, as springs would that take loads from the "
-            f"ground. Remedy: {remedy} precision, or hold the structure, D="
+            "expected a stiffness that resists by more than rounding, got one that resists "
+            f"{moving} rigid motions by less, as of single precision or of few digits: as springs "
+            "would that take loads from the ground. Remedy: assemble it in double precision and "
+            "write it in full, or hold the structure, D="
         )
+    return yields
 
 
 def _of_single_precision(entries: ndarray) -> bool:
@@ -91,22 +83,20 @@ def _of_single_precision(entries: ndarray) -> bool:
     return bool((rounded == entries).all() and last.sum() > len(last) / 4)
 
 
-def _digits(entries: ndarray) -> int | None:
-    """Decimal digits to which entries have been rounded, as in some files; None if they have not,
-    or too few of them use the last digit to tell."""
+def _digits(entries: ndarray) -> float:
+    """Decimal digits to which all entries have been rounded, as in some files; infinite if they
+    have not, or too few use the last digit to tell."""
     size = np.abs(entries[entries != 0])
-    if len(size) == 0:
-        return None
     with np.errstate(over="ignore", invalid="ignore"):
         mantissa = size / 10.0 ** np.floor(np.log10(size))
-    fewer = 0.0
+    fewer = 1.0
     for digits in DIGITS:
         number = mantissa * 10.0 ** (digits - 1)
-        written = np.mean(np.abs(number - np.rint(number)) <= 4 * EPS * number)
-        if written == 1:
-            return digits if fewer < USED and digits > DIGITS[0] else None
-        fewer = written
-    return None
+        written = np.abs(number - np.rint(number)) <= 4 * EPS * number
+        if written.all():
+            return digits if fewer < USED else np.inf
+        fewer = written.mean()
+    return np.inf
 
 
 def _kinds(structure: CellBasis) -> ndarray:

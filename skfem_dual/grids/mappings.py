@@ -32,7 +32,7 @@ def with_own_mesh(basis: CellBasis) -> CellBasis:
         array.flags.writeable = False
         object.__setattr__(own, name, array)
     basis.mesh = own
-    if type(basis.mapping) in (MappingAffine, MappingIsoparametric):
+    if type(basis.mapping) in (MappingAffine, MappingIsoparametric) and basis.mapping.mesh is mesh:
         basis.mapping = own_mapping(own)
     return basis
 
@@ -52,8 +52,10 @@ def bends(mesh: Mesh) -> ndarray:
     """How far the sides of elements of second order bend, shape (nfacets,); others do not."""
     if not isinstance(mesh, (MeshTri2, MeshQuad2)):
         return np.zeros(mesh.nfacets)
-    middles = mesh.p[:, mesh.facets].mean(axis=1)
-    return np.hypot(*(mesh.doflocs[:, mesh.dofs.facet_dofs[0]] - middles))
+    first, last = mesh.p[:, mesh.facets[0]], mesh.p[:, mesh.facets[1]]
+    off = mesh.doflocs[:, mesh.dofs.facet_dofs[0]] - (first + last) / 2
+    side = last - first
+    return np.abs(side[0] * off[1] - side[1] * off[0]) / np.hypot(*side)
 
 
 def middle_of(mesh: Mesh) -> ndarray:

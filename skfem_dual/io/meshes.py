@@ -26,7 +26,7 @@ BY_SIDES = "skfem:b:"
 #: dimension, number and name of a group in a file of Gmsh
 NAMED = re.compile(rb'([0-3])\s+(\d+)\s+"(.*)"')
 #: name of a set of cells in a file of Abaqus
-ELSET = re.compile(r"(?im)^\*ELSET\b[^\n]*?ELSET\s*=\s*([^,\s]+)")
+ELSET = re.compile(r"(?im)^\*ELSET\b[^\n]*?ELSET\s*=\s*(\"[^\"\n]*\"|[^,\n]+)")
 #: numbers of the cells' physical groups
 GROUPS = "gmsh:physical"
 
@@ -202,11 +202,13 @@ def _sets(found: Any, path: PathLike) -> dict[str, list]:
     parts: Counter[str] = Counter()
     if Path(path).suffix.lower() == ".inp":
         text = Path(path).read_text(encoding="utf-8", errors="replace")
-        parts.update(ELSET.findall(text))
+        parts.update(name.strip().casefold() for name in ELSET.findall(text))
     bad = [
         name
         for name, blocks in sets.items()
-        if len(blocks) != len(found.cells) or max(map(np.ndim, blocks)) > 1 or parts[name] > 1
+        if len(blocks) != len(found.cells)
+        or max(map(np.ndim, blocks)) > 1
+        or parts[name.casefold()] > 1
     ]
     if bad:
         warn(

@@ -19,6 +19,9 @@ from .semidefinite import Split, whole_work
 #: eigenvalues that may be zero are up to so many times what rigid motions of the whole leave, or
 #: rounding
 NOISE, EPS = 16, float(np.finfo(float).eps)
+#: work of rigid motions, over that of entries, that is exact, and from which on it is no rounding;
+#: work of springs over that of their forces whatever their sense
+EXACT, WEAK, SPRINGS = 1e-12, 1e-4, 0.9
 #: shapes on which the stiffness does less work, over that of its entries, are rigid motions
 RIGID = 1e-8
 #: and up to so many times the largest of a matrix that is decomposed to rounding
@@ -129,15 +132,27 @@ class Compliance:
         return moved[:, work <= rounding * whole]
 
     def resisted_by_rounding(self, rounding: float) -> int:
-        """Number of rigid motions that resist by no more than entries so far off might, and by no
-        more than the stiffness of all DOFs, where nothing is held, is off."""
-        left = self._left[self._left <= rounding]
-        if len(left) == 0:
+        """Number of rigid motions that resist by what the stiffness of all DOFs is off where
+        nothing is held.
+
+        That is seen where DOFs of a kind all move alike, which strains nothing that is soft.
+        Springs push back against it; forces of rounding go to and fro, or are in all rows as small
+        as entries off by ``rounding``, a part of them, make them.
+        """
+        if self.places is None:
+            return 0
+        alike = self._shapes[:, :: 1 + len(self.places)]
+        matrix, moved, work, whole = self._worked(alike)
+        share, forces = np.abs(work) / whole, matrix @ moved
+        both = np.sum(np.abs(moved * forces), axis=0)
+        small = np.abs(forces) <= rounding * (abs(matrix) @ np.abs(moved))
+        off = (share > EXACT) & (share < WEAK) & ((work < SPRINGS * both) | small.all(axis=0))
+        if not off.any():
             return 0
         matrix, unit = self._scaled
         _, work, whole = _by_work(matrix, self._shapes[self._free] / unit[:, None])
-        most = min(rounding, NOISE * left.max())
-        return int(np.count_nonzero((work > NOISE * EPS * whole) & (work <= most * whole)))
+        most = NOISE * share[off].max()
+        return int(np.count_nonzero((work > EXACT * whole) & (work <= most * whole)))
 
     @computed_once
     def _rounding(self) -> float:
@@ -145,19 +160,17 @@ class Compliance:
         whole, held DOFs too; any if shapes tell no such motion."""
         if self.places is None:
             return SMALL
-        left = self._left[self._left < RIGID]
-        return NOISE * max(EPS, *left) if len(left) else np.inf
+        _, _, work, whole = self._worked(self._shapes)
+        left = np.abs(work) / whole
+        return NOISE * max(EPS, *left[left < RIGID]) if (left < RIGID).any() else np.inf
 
-    @computed_once
-    def _left(self) -> ndarray:
-        """Work of the stiffness on linear shapes of the whole, held DOFs too, over that of its
-        entries."""
+    def _worked(self, shapes: ndarray) -> tuple[csc_matrix, ndarray, ndarray, ndarray]:
+        """The stiffness of all DOFs, held ones too, with a diagonal of ones, and `_by_work`."""
         d = self.stiffness.diagonal()
         some = np.nonzero(d > 0)[0]
         root = np.sqrt(d[some])
         matrix = (diags(1 / root) @ self.stiffness[some][:, some] @ diags(1 / root)).tocsc()
-        _, work, whole = _by_work(matrix, self._shapes[some] * root[:, None])
-        return np.abs(work) / whole
+        return matrix, *_by_work(matrix, shapes[some] * root[:, None])
 
     @property
     def _shapes(self) -> ndarray:

@@ -20,6 +20,8 @@ NEAR = 1e-6
 ASTRAY = 1e4
 #: rise of a shape over its extent up to which it lies in the plane, where it is shorter by 1e-9
 TILT = 4.5e-5
+#: degrees by which an arc of a whole turn may be off
+WHOLE = 1e-6
 #: units of drawings that ezdxf has no symbols of
 SURVEY = {
     number: f"US survey {unit}" for number, unit in zip(range(21, 25), ("ft", "in", "yd", "mi"))
@@ -161,7 +163,7 @@ def _exploded(entities: list[Any], path: Path) -> list[Any]:
 
     found = []
     for entity in entities:
-        if entity.dxftype() != "INSERT":
+        if entity.dxftype() != "INSERT" or _is_hidden(entity):
             found.append(entity)
             continue
         try:
@@ -223,7 +225,10 @@ def _piece(entity: Any, path: Path) -> Shape:
         return arcs_of(entity)
     if kind == "LINE":
         return _plane([entity.dxf.start, entity.dxf.end], kind, path), np.zeros(2), False
-    turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360 if kind == "ARC" else 0.0
+    turn = 0.0
+    if kind == "ARC":
+        around = entity.dxf.end_angle - entity.dxf.start_angle
+        turn = 0.0 if abs(around - 360) < WHOLE else around % 360
     if kind in ("CIRCLE", "ARC") and turn == 0:
         x, y, _ = entity.ocs().to_wcs(entity.dxf.center)
         r = float(entity.dxf.radius)
