@@ -514,3 +514,19 @@ def test_tags_of_nothing_are_tags():
     mesh = MeshTri().refined(2).with_subdomains({"a": []})
     assert check_mesh(mesh).ok
     assert DualMesh.from_mesh(mesh).mesh.subdomains["a"].dtype.kind == "i"
+
+
+@pytest.mark.parametrize("at", [0.0, 5e5, 5e6])
+@pytest.mark.parametrize("angle", [0.3, 1.1, 4.0])
+def test_parts_that_touch_far_from_the_origin(at, angle):
+    """Their facets are off each other by the digits that coordinates have lost."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    square = MeshTri().refined(3)
+
+    def pair(apart):
+        beside = square.p + np.array([[1.0 + apart], [0.37]])
+        p = turn @ np.hstack([square.p, beside]) + at
+        return MeshTri(p, np.hstack([square.t, square.t + square.nvertices]))
+
+    assert check_mesh(pair(0.0)).ok
+    assert not check_mesh(pair(-1e-6)).ok

@@ -688,3 +688,18 @@ def test_maximal_couples_of_flat_meshes_are_right_or_refused(flatness):
             maximal_couple(mesh)
     else:
         assert check_dual(maximal_couple(mesh)).ok
+
+
+@pytest.mark.parametrize("at", [0.0, 5e6])
+def test_voronoi_cells_far_from_the_origin(at):
+    """Points on a straight side of the hull made slivers there."""
+    places = [(i + j / 2, j * 0.75**0.5) for i in range(8) for j in range(8) if 4 <= i + j <= 10]
+    turn = np.array([[np.cos(0.77), -np.sin(0.77)], [np.sin(0.77), np.cos(0.77)]])
+    couple = delaunay_voronoi(turn @ np.array(places).T + at, "hull")
+    assert len(couple.a) == 66
+    assert check_dual(couple).ok
+    square = turn @ np.array([[0, 4, 8, 8, 0, 0.0], [0, 0, 0, 6, 6, 0]]) + at
+    inside = turn @ np.mgrid[1:8, 1:6].reshape(2, -1) + at
+    closed, middle = (delaunay_voronoi(inside, c) for c in (square, square[:, [0, 2, 3, 4]]))
+    assert closed.b.areas.sum() == pytest.approx(48, rel=1e-7)
+    assert closed.b.areas == pytest.approx(middle.b.areas, rel=1e-6)

@@ -452,3 +452,25 @@ def test_parts_of_a_side_by_their_widths(rise):
     assert len(side) == round(parts)
     ends = np.log1p(rise * 100 * share) / rise if rise > 1e-9 else 100 * share
     assert np.diff(ends) == pytest.approx(ends[1], rel=0.02)
+
+
+@pytest.mark.parametrize("nboundary", [30, 40, 60])
+def test_short_sides_leave_boundary_nodes_to_the_long_ones(nboundary):
+    """Of a rectangle with rounded corners there were up to 20 too many."""
+    t = np.linspace(0, np.pi / 2, 7)
+    middles = (2.9, 1.9), (0.1, 1.9), (0.1, 0.1), (2.9, 0.1)
+    arcs = [
+        np.array([x + 0.1 * np.cos(t + k * np.pi / 2), y + 0.1 * np.sin(t + k * np.pi / 2)])
+        for k, (x, y) in enumerate(middles)
+    ]
+    mesh = polygon(np.hstack(arcs), n=400, nboundary=nboundary)
+    assert len(mesh.boundary_facets()) == nboundary
+    assert len(annulus(0.02, n=300, nboundary=40).boundary_facets()) == 40
+
+
+def test_sides_that_cross_are_told_with_the_place():
+    with pytest.raises(ValueError, match=r"they do near \(0.5, 0.5\)"):
+        polygon([[0, 1, 0, 1], [0, 1, 1, 0]], size=0.1)
+    hole = [[90, 110, 90], [40, 50, 60]]
+    with pytest.raises(ValueError, match=r"they do near \(100, [45]5\)"):
+        polygon([[0, 100, 100, 0], [0, 0, 100, 100]], holes=[hole], n=60)

@@ -13,7 +13,7 @@ from ..errors import MeshError
 from ..kernels.once import computed_once
 from ..messages import place
 from .outline import distance_to_segments, inside_loops
-from .planar import cross, rounding
+from .planar import cross, line_crossings, rounding
 from .polygons import some
 
 #: how far apart nodes should be in points of shape (2, n)
@@ -135,6 +135,8 @@ def shares(total: int, lengths: ndarray, least: ndarray) -> ndarray:
     parts = np.maximum(least, exact.astype(int))
     rest = max(0, total - parts.sum())
     parts[np.argsort(parts - exact, kind="stable")[:rest]] += 1
+    while parts.sum() > total and (parts > least).any():
+        parts[np.argmax(np.where(parts > least, parts - exact, -np.inf))] -= 1
     return parts
 
 
@@ -236,9 +238,13 @@ def check_loops(loops: list[ndarray]) -> None:
     bad = np.argwhere(crossing | touching | twice)
     if len(bad):
         i, j = bad[0]
+        where = a[:, j]
+        if crossing[i, j]:
+            ends = (x[:, [k]] for k in (i, j) for x in (a, b))
+            where = a[:, i] + line_crossings(*ends)[0] * (b - a)[:, i]
         raise ValueError(
             "expected outline and holes that neither cross nor touch themselves or each other; "
-            f"they do near {place(a[:, i])} and {place(a[:, j])}"
+            f"they do near {place(where)}"
         )
     for i, hole in enumerate(loops[1:]):
         corner = hole[:, :1]

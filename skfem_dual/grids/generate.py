@@ -47,7 +47,8 @@ def disc(
     Parameters
     ----------
     size : float, optional
-        Length of the facets, of the largest if graded.
+        Length of the facets, of the largest if graded by a number; a law makes those in the middle
+        longer, by its slope there.
     n : int, optional
         Number of nodes aimed at; either ``size`` or ``n`` is given.
     radius, centre : float, (2,) array of float

@@ -153,7 +153,8 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
     middle = p[:, facets].mean(axis=(1, 2))[:, None]
     a, b = (turn @ (p[:, end] - middle) for end in facets)
-    crossed, facet, place = _met(a, b)
+    blur = rounding(p.take(facets, axis=1))
+    crossed, facet, place = _met(a, b, blur)
     # pieces of the facets between the places where others end on them
     n = facets.shape[1]
     facet, place = np.append(np.arange(n), facet), np.append(np.zeros(n), place)
@@ -161,7 +162,7 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     facet, place = facet[order], place[order]
     last = np.append(facet[1:] != facet[:-1], True)
     after = np.where(last, 1, np.append(place[1:], 1))
-    full = after - place > MARGIN
+    full = after - place > MARGIN + blur / np.hypot(*(b - a)[:, facet])
     facet, t = facet[full], ((place + after) / 2)[full]
     x = a[:, facet] + t * (b - a)[:, facet]
     x += 1e-4 * ((turn @ (inside - middle))[:, facet] - x)
@@ -241,18 +242,20 @@ def _is_convex(p: ndarray, facets: ndarray) -> bool:
     return bool(turn.min(initial=0.0) > -MARGIN and turn.sum() < 3 * np.pi)
 
 
-def _met(a: ndarray, b: ndarray) -> tuple[ndarray, ndarray, ndarray]:
-    """Segments that cross others; segments on which others end, and where from 0 to 1."""
+def _met(a: ndarray, b: ndarray, blur: float) -> tuple[ndarray, ndarray, ndarray]:
+    """Segments that cross others; segments on which others end, and where from 0 to 1; their
+    ends may be off by ``blur``."""
     crossed, on, place = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
     length = np.hypot(*(b - a))
     for i, j in near_pairs(a, b):
-        sides = _sides(a[:, i], b[:, i], a[:, j], b[:, j])
+        sides = _sides(a[:, i], b[:, i], a[:, j], b[:, j], blur)
         cuts = _cuts(sides)
         crossed += [i[cuts], j[cuts]]
         for side, k, other, end in zip(sides, (i, i, j, j), (j, j, i, i), (a, b, a, b)):
             along = (b - a)[:, k]
             t = np.sum(along * (end[:, other] - a[:, k]), axis=0) / length[k] ** 2
-            ends = (side == 0) & (t > MARGIN) & (t < 1 - MARGIN)
+            margin = MARGIN + blur / length[k]
+            ends = (side == 0) & (t > margin) & (t < 1 - margin)
             on.append(k[ends])
             place.append(t[ends])
     return np.unique(np.concatenate(crossed)), np.concatenate(on), np.concatenate(place)

@@ -17,7 +17,7 @@ from .corners import Corners, barycentres, signed_areas, unit
 from .couples import GridCouple, grid_of
 from .general import facet_numbers
 from .partition import Partition
-from .planar import MARGIN, cross
+from .planar import MARGIN, cross, rounding
 from .polygons import some
 from .report import require
 
@@ -143,7 +143,9 @@ def _delaunay(p: ndarray) -> MeshTri:
     except QhullError as error:
         raise MeshError("expected points that do not lie on one line") from error
     sides = np.sum((p[:, t] - p[:, np.roll(t, 1, axis=0)]) ** 2, axis=0)
-    t = t[:, np.abs(signed_areas(p, t)) > FLAT * sides.max(axis=0)]
+    longest = sides.max(axis=0)
+    flat = FLAT * longest + rounding(p) * np.sqrt(longest)
+    t = t[:, np.abs(signed_areas(p, t)) > flat]
     if np.any(unused := np.bincount(t.ravel(), minlength=p.shape[1]) == 0):
         raise MeshError(
             f"expected different points; points {some(np.nonzero(unused)[0])} coincide with "
@@ -163,11 +165,14 @@ def _clip_polygon(clip: ArrayLike | None, p: ndarray) -> ndarray:
     if isinstance(clip, str):
         raise MeshError(f"expected clip to be 'hull' or a convex polygon, got {shown(clip)}")
     corners = checked_points("clip", clip, least=3, error=MeshError)
+    if np.array_equal(corners[:, 0], corners[:, -1]):
+        corners = corners[:, :-1]
     sides = np.roll(corners, -1, axis=1) - corners
+    margin = MARGIN + rounding(corners) / np.hypot(*sides).min()
     onward = np.roll(sides, -1, axis=1)
     turns = np.arctan2(cross(sides, onward), np.sum(sides * onward, axis=0))
     # all to one side and once round: not a star
-    if not (np.isclose(abs(turns.sum()), 2 * np.pi) and (turns * turns.sum() > -MARGIN).all()):
+    if not (np.isclose(abs(turns.sum()), 2 * np.pi) and (turns * turns.sum() > -margin).all()):
         raise MeshError(
             "expected clip to be a convex polygon. Remedy: its convex hull, or clip='hull'"
         )
