@@ -32,6 +32,16 @@ from .page import (
     table,
 )
 
+#: what is said of where the force acts: in a point, or on every period
+RESERVES = (
+    "While the resultant acts within the kern, the whole of a flat base keeps contact. The "
+    "reserves tell how many times the distance of the resultant from the centroid of the plan may "
+    "grow, under the same force, until it leaves the kern or the convex hull of the plan. The "
+    "ground is elastic here: its bearing capacity is not checked, and it yields before a punch "
+    "turns over."
+)
+GUIDED = "A punch whose pressures repeat is guided: it neither tilts nor turns over."
+
 
 def in_short(solution: PunchSolution, standing: Standing) -> Html:
     """The figures one looks for first."""
@@ -233,13 +243,7 @@ def standing_section(standing: Standing, wanted: Mapping[str, ndarray]) -> Html:
     return section(
         "Kern and overturning",
         table(rows, ("Where the force acts", "", "Unit")),
-        paragraph(
-            "While the resultant acts within the kern, the whole of a flat base keeps contact. "
-            "The reserves tell how many times the distance of the resultant from the centroid of "
-            "the plan may grow, under the same force, until it leaves the kern or the convex hull "
-            "of the plan. The ground is elastic here: its bearing capacity is not checked, and it "
-            "yields before a punch turns over."
-        ),
+        paragraph(GUIDED if standing.repeats else RESERVES),
         plan_figure(
             standing, "The plan with its kern and the point where the resultant acts", wanted
         ),
