@@ -144,6 +144,11 @@ def test_what_the_edge_of_a_flat_punch_takes_is_told_when_it_is_taken():
     with pytest.warns(ResolutionWarning, match="are too coarse"):
         pressed = punch.solve(1.0)
     assert pressed.punch.edge == "singular"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", "contact on", ResolutionWarning)
+        inside = RigidPunch(ground, basis, gap=Paraboloid(0.3)).solve(1e-6)
+    assert inside.punch.edge == "constant"
 
 
 def far_above(x):

@@ -702,4 +702,7 @@ def test_voronoi_cells_far_from_the_origin(at):
     inside = turn @ np.mgrid[1:8, 1:6].reshape(2, -1) + at
     closed, middle = (delaunay_voronoi(inside, c) for c in (square, square[:, [0, 2, 3, 4]]))
     assert closed.b.areas.sum() == pytest.approx(48, rel=1e-7)
+    concave = turn @ np.array([[0, 1, 1, 8, 8, 4, 4, 0.0], [0, 0, 0, 0, 3, 3, 6, 6]]) + at
+    with pytest.raises(MeshError, match="clip to be a convex polygon"):
+        delaunay_voronoi(inside, concave)
     assert closed.b.areas == pytest.approx(middle.b.areas, rel=1e-6)

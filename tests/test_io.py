@@ -705,6 +705,7 @@ def test_nodes_that_a_file_does_not_define(tmp_path):
         ("*ELSET,ELSET=W\n1,2\n*ELSET,ELSET=W\n3\n", "W"),
         ("*ELSET,ELSET=S,GENERATE\n1,3,1\n*ELSET,ELSET=W\nS,1\n", "W"),
         ("*ELSET,ELSET=W\n1,2\n*Elset, elset=w\n3\n", "W"),
+        ("*ELEMENT,TYPE=CPS3,ELSET=W\n4,1,5,2\n*ELEMENT,TYPE=CPS3,ELSET=W\n5,4,3,6\n", "W"),
     ],
 )
 def test_sets_of_abaqus_are_whole_or_left_out(tmp_path, lines, told):

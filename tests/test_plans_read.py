@@ -405,6 +405,12 @@ def test_arcs_of_a_whole_turn_are_circles(start, tmp_path):
     (ring,) = Plan.read(drawing(tmp_path / "a.dxf", draw)).rings
     assert ring.is_circle
 
+    def reduced(space, layer):
+        space.add_arc((6, 4), 2.5, start, (start + 1e-13) % 360, dxfattribs=layer)
+
+    (ring,) = Plan.read(drawing(tmp_path / "b.dxf", reduced)).rings
+    assert ring.is_circle
+
 
 def test_what_lies_astray_swallows_no_hole(tmp_path):
     """Ends within a millionth of the extent join, some metres if something is at the origin."""
@@ -451,6 +457,15 @@ def test_what_does_not_show_is_left_out(tmp_path):
 
     with pytest.warns(MeshWarning, match="left out 1 hidden INSERT"):
         plan = Plan.read(drawing(tmp_path / "b.dxf", blocks))
+    assert plan.area == pytest.approx(4 * np.pi)
+
+    def of_others(space, layer):
+        space.doc.blocks.new("hole").add_circle((0, 0), 1, dxfattribs=layer)
+        space.add_circle((0, 0), 2, dxfattribs=layer)
+        space.add_blockref("hole", (0, 0), dxfattribs={"invisible": 1})
+
+    with pytest.warns(MeshWarning, match="left out 1 hidden INSERT"):
+        plan = Plan.read(drawing(tmp_path / "c.dxf", of_others), layer="F")
     assert plan.area == pytest.approx(4 * np.pi)
 
 

@@ -143,11 +143,19 @@ class Body(FromFields, ABC):
     def sharp(self) -> Self:
         """The same with the edge of a flat punch."""
         self._same_shape()
-        with warnings_kept():  # told when this one was made, but for what its edge is
-            sharp = replace(cast(Any, self), edge="singular")
-        if sharp._coarse and not self._coarse:
-            warn(sharp._coarse, ResolutionWarning)
-        return sharp
+        with warnings_kept():  # told when this one was made
+            return replace(cast(Any, self), edge="singular")
+
+    @computed_once
+    def _pressing_over(self) -> Self:
+        """The same, where it is what answers: told if cells are too coarse for that edge."""
+        if self.sharp._coarse and not self._coarse:
+            warn(self.sharp._coarse, ResolutionWarning)
+        return self.sharp
+
+    @property
+    def _may_press_over(self) -> bool:
+        return self.edge_by_contact and not self.footprint.regular
 
     def _same_shape(self) -> Any:
         """The shape, if it is not a function that tells another than when the body was made."""
@@ -163,13 +171,13 @@ class Body(FromFields, ABC):
     def over_edge(self, pressure: ndarray, ribs: ndarray | None = None) -> Self | None:
         """The same with the edge of a flat punch, where a shaped one whose edge was not chosen
         presses over that of its plan, all of it or some ribs; None where it does not."""
-        over = self.pressed_down is not self and presses_over(self.partition, pressure, ribs)
-        return self.sharp if over else None
+        over = self._may_press_over and presses_over(self.partition, pressure, ribs)
+        return self._pressing_over if over else None
 
     @property
     def pressed_down(self) -> Self:
         """The same while the whole base touches, and pressures grow to its edge."""
-        return self.sharp if self.edge_by_contact and not self.footprint.regular else self
+        return self._pressing_over if self._may_press_over else self
 
     @property
     def acting(self) -> ndarray:

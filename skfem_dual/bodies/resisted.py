@@ -1,5 +1,6 @@
 """What a structure resists, and loads that nothing resists, told in words."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,8 @@ ROUNDING = 1e-10
 #: how far entries in single precision may be off
 SINGLE = float(np.finfo(np.float32).eps) / 2
 EPS = float(np.finfo(float).eps)
-#: decimal digits that are taken for rounding but for the first, with which numbers were chosen
-DIGITS = range(4, 12)
-#: part of the entries that need not use the last digit
-USED = 0.5
+#: decimals of mantissas, and of numbers, to which these may be rounded in files
+DIGITS, DECIMALS = range(3, 11), range(1, 7)
 NO_BALANCE = (
     "expected loads that pressures under the plan can balance, got some that would take tension: "
     "they pull, or their resultant lies outside of the plan or beyond its outermost cells. "
@@ -62,10 +61,8 @@ def compliance_of(structure: CellBasis, stiffness: Any, D: Any) -> Compliance:
             f"{K.data[bad[0]]}, {len(bad)} in all"
         )
     yields = Compliance(K, checked_dofs(D, n), structure.doflocs, _kinds(structure))
-    rounding = SINGLE if single or _of_single_precision(K.data) else 0.0
-    if not (rounding or whole):
-        rounding = 0.5 * 10.0 ** (1 - _digits(K.data))
-    if moving := yields.resisted_by_rounding(rounding):
+    errors = csc_matrix((_errors(K.data, single, whole), K.indices, K.indptr), shape=K.shape)
+    if moving := yields.resisted_by_rounding(errors):
         raise ValueError(
             "expected a stiffness that resists by more than rounding, got one that resists "
             f"{moving} rigid motions by less, as of single precision or of few digits: as springs "
@@ -83,19 +80,27 @@ def _of_single_precision(entries: ndarray) -> bool:
     return bool((rounded == entries).all() and last.sum() > len(last) / 4)
 
 
-def _digits(entries: ndarray) -> float:
-    """Decimal digits to which all entries have been rounded, as in some files; infinite if they
-    have not, or too few use the last digit to tell."""
-    size = np.abs(entries[entries != 0])
-    with np.errstate(over="ignore", invalid="ignore"):
-        mantissa = size / 10.0 ** np.floor(np.log10(size))
-    fewer = 1.0
-    for digits in DIGITS:
-        number = mantissa * 10.0 ** (digits - 1)
-        written = np.abs(number - np.rint(number)) <= 4 * EPS * number
-        if written.all():
-            return digits if fewer < USED else np.inf
-        fewer = written.mean()
+def _errors(entries: ndarray, single: bool, whole: bool) -> ndarray:
+    """How far entries may be off: by the precision, digits or decimals in which they stand."""
+    size = np.abs(entries)
+    if single or _of_single_precision(entries):
+        return SINGLE * size
+    if whole:
+        return np.zeros_like(size)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        mantissa = np.where(size > 0, size / 10.0 ** np.floor(np.log10(size)), 0.0)
+    digits = _places(mantissa, DIGITS) + 1
+    # with so many they may be those of single precision, but for the last
+    part = max(0.5 * 10.0 ** (1 - digits), SINGLE if 7 <= digits < np.inf else 0.0)
+    return np.maximum(part * size, 0.5 * 10.0 ** -_places(size, DECIMALS))
+
+
+def _places(numbers: ndarray, tried: Iterable[int]) -> float:
+    """Decimals that tell all of some numbers; infinite if none of those that are tried do."""
+    for decimals in tried:
+        scaled = numbers * 10.0**decimals
+        if (np.abs(scaled - np.rint(scaled)) <= 4 * EPS * scaled).all():
+            return decimals
     return np.inf
 
 

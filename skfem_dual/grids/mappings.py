@@ -55,7 +55,9 @@ def bends(mesh: Mesh) -> ndarray:
     first, last = mesh.p[:, mesh.facets[0]], mesh.p[:, mesh.facets[1]]
     off = mesh.doflocs[:, mesh.dofs.facet_dofs[0]] - (first + last) / 2
     side = last - first
-    return np.abs(side[0] * off[1] - side[1] * off[0]) / np.hypot(*side)
+    length = np.hypot(*side)
+    across = np.abs(side[0] * off[1] - side[1] * off[0]) / np.where(length > 0, length, 1.0)
+    return np.where(length > 0, across, np.hypot(*off))
 
 
 def middle_of(mesh: Mesh) -> ndarray:

@@ -163,9 +163,9 @@ def covered_twice(p: ndarray, facets: ndarray, inside: ndarray) -> ndarray:
     last = np.append(facet[1:] != facet[:-1], True)
     after = np.where(last, 1, np.append(place[1:], 1))
     full = after - place > MARGIN + blur / np.hypot(*(b - a)[:, facet])
-    facet, t = facet[full], ((place + after) / 2)[full]
+    facet, t, part = facet[full], ((place + after) / 2)[full], (after - place)[full]
     x = a[:, facet] + t * (b - a)[:, facet]
-    x += 1e-4 * ((turn @ (inside - middle))[:, facet] - x)
+    x += np.minimum(1e-4, 0.3 * part) * ((turn @ (inside - middle))[:, facet] - x)
     return np.union1d(crossed, facet[_winding_numbers(x, a, b, facet) != 1])
 
 

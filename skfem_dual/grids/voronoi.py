@@ -165,10 +165,11 @@ def _clip_polygon(clip: ArrayLike | None, p: ndarray) -> ndarray:
     if isinstance(clip, str):
         raise MeshError(f"expected clip to be 'hull' or a convex polygon, got {shown(clip)}")
     corners = checked_points("clip", clip, least=3, error=MeshError)
-    if np.array_equal(corners[:, 0], corners[:, -1]):
-        corners = corners[:, :-1]
     sides = np.roll(corners, -1, axis=1) - corners
-    margin = MARGIN + rounding(corners) / np.hypot(*sides).min()
+    corners = corners[:, sides.any(axis=0)]  # the last may be the first again
+    sides = np.roll(corners, -1, axis=1) - corners
+    length = np.hypot(*sides)
+    margin = MARGIN + rounding(corners) / np.minimum(length, np.roll(length, -1))
     onward = np.roll(sides, -1, axis=1)
     turns = np.arctan2(cross(sides, onward), np.sum(sides * onward, axis=0))
     # all to one side and once round: not a star

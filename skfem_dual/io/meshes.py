@@ -26,7 +26,7 @@ BY_SIDES = "skfem:b:"
 #: dimension, number and name of a group in a file of Gmsh
 NAMED = re.compile(rb'([0-3])\s+(\d+)\s+"(.*)"')
 #: name of a set of cells in a file of Abaqus
-ELSET = re.compile(r"(?im)^\*ELSET\b[^\n]*?ELSET\s*=\s*(\"[^\"\n]*\"|[^,\n]+)")
+ELSET = re.compile(r"(?im)^\*(ELSET|ELEMENT)\b[^\n]*?ELSET\s*=\s*(\"[^\"\n]*\"|[^,\n]+)")
 #: numbers of the cells' physical groups
 GROUPS = "gmsh:physical"
 
@@ -199,16 +199,19 @@ def _sets(found: Any, path: PathLike) -> dict[str, list]:
     """Cells of each block in sets that meshio tells. Of sets of other sets, and of those that an
     Abaqus file goes on with, it tells a part: they are left out, and told."""
     sets: dict[str, list] = {k: list(v) for k, v in user_tags(found.cell_sets).items()}
-    parts: Counter[str] = Counter()
+    parts: Counter[tuple[str, str]] = Counter()
     if Path(path).suffix.lower() == ".inp":
         text = Path(path).read_text(encoding="utf-8", errors="replace")
-        parts.update(name.strip().casefold() for name in ELSET.findall(text))
+        found_at = (
+            (kind.casefold(), name.strip().casefold()) for kind, name in ELSET.findall(text)
+        )
+        parts.update(found_at)
     bad = [
         name
         for name, blocks in sets.items()
         if len(blocks) != len(found.cells)
         or max(map(np.ndim, blocks)) > 1
-        or parts[name.casefold()] > 1
+        or max(parts[kind, name.casefold()] for kind in ("elset", "element")) > 1
     ]
     if bad:
         warn(

@@ -19,9 +19,9 @@ from .semidefinite import Split, whole_work
 #: eigenvalues that may be zero are up to so many times what rigid motions of the whole leave, or
 #: rounding
 NOISE, EPS = 16, float(np.finfo(float).eps)
-#: work of rigid motions, over that of entries, that is exact, and from which on it is no rounding;
-#: work of springs over that of their forces whatever their sense
-EXACT, WEAK, SPRINGS = 1e-12, 1e-4, 0.9
+#: work of rigid motions, over that of entries, that is exact; forces over what the rounding of a
+#: row makes them at most, as motions are sums of such of kinds
+EXACT, ROWS = 1e-12, 4.0
 #: shapes on which the stiffness does less work, over that of its entries, are rigid motions
 RIGID = 1e-8
 #: and up to so many times the largest of a matrix that is decomposed to rounding
@@ -131,22 +131,20 @@ class Compliance:
         moved, work, whole = _by_work(matrix, self._shapes[self._free] / unit[:, None])
         return moved[:, work <= rounding * whole]
 
-    def resisted_by_rounding(self, rounding: float) -> int:
+    def resisted_by_rounding(self, errors: csc_matrix) -> int:
         """Number of rigid motions that resist by what the stiffness of all DOFs is off where
-        nothing is held.
+        nothing is held; ``errors`` tell how far its entries may be.
 
-        That is seen where DOFs of a kind all move alike, which strains nothing that is soft.
-        Springs push back against it; forces of rounding go to and fro, or are in all rows as small
-        as entries off by ``rounding``, a part of them, make them.
+        That is seen where DOFs of a kind all move alike, which strains nothing that is soft:
+        forces are in every row as small as such errors make them, as those of springs on some
+        DOFs are not.
         """
-        if self.places is None:
+        if self.places is None or not errors.nnz:
             return 0
         alike = self._shapes[:, :: 1 + len(self.places)]
         matrix, moved, work, whole = self._worked(alike)
-        share, forces = np.abs(work) / whole, matrix @ moved
-        both = np.sum(np.abs(moved * forces), axis=0)
-        small = np.abs(forces) <= rounding * (abs(matrix) @ np.abs(moved))
-        off = (share > EXACT) & (share < WEAK) & ((work < SPRINGS * both) | small.all(axis=0))
+        share, most = np.abs(work) / whole, ROWS * (self._in_units(errors) @ np.abs(moved))
+        off = (share > EXACT) & (np.abs(matrix @ moved) <= most).all(axis=0)
         if not off.any():
             return 0
         matrix, unit = self._scaled
@@ -166,11 +164,15 @@ class Compliance:
 
     def _worked(self, shapes: ndarray) -> tuple[csc_matrix, ndarray, ndarray, ndarray]:
         """The stiffness of all DOFs, held ones too, with a diagonal of ones, and `_by_work`."""
+        matrix, d = self._in_units(self.stiffness), self.stiffness.diagonal()
+        return matrix, *_by_work(matrix, (shapes * np.sqrt(d)[:, None])[d > 0])
+
+    def _in_units(self, matrix: csc_matrix) -> csc_matrix:
+        """A matrix of the DOFs that have a stiffness, in units in which its diagonal is one."""
         d = self.stiffness.diagonal()
         some = np.nonzero(d > 0)[0]
-        root = np.sqrt(d[some])
-        matrix = (diags(1 / root) @ self.stiffness[some][:, some] @ diags(1 / root)).tocsc()
-        return matrix, *_by_work(matrix, shapes[some] * root[:, None])
+        root = diags(1 / np.sqrt(d[some]))
+        return (root @ matrix[some][:, some] @ root).tocsc()
 
     @property
     def _shapes(self) -> ndarray:

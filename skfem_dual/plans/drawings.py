@@ -183,7 +183,9 @@ def _exploded(entities: list[Any], path: Path) -> list[Any]:
 def _on_layer(entities: list[Any], layer: str | None, path: Path) -> list[Any]:
     """The shapes of the layer that are seen; others there are told."""
     hidden = Counter(
-        f"hidden {e.dxftype()}" for e in entities if _is_on(e, layer) and _is_hidden(e)
+        f"hidden {e.dxftype()}"
+        for e in entities
+        if _is_hidden(e) and (layer is None or _is_on(e, layer) or _draws_on(e, layer))
     )
     entities = [e for e in entities if not _is_hidden(e)]
     shapes = [e for e in entities if e.dxftype() in SHAPES]
@@ -227,8 +229,8 @@ def _piece(entity: Any, path: Path) -> Shape:
         return _plane([entity.dxf.start, entity.dxf.end], kind, path), np.zeros(2), False
     turn = 0.0
     if kind == "ARC":
-        around = entity.dxf.end_angle - entity.dxf.start_angle
-        turn = 0.0 if abs(around - 360) < WHOLE else around % 360
+        turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360
+        turn = 0.0 if min(turn, 360 - turn) < WHOLE else turn
     if kind in ("CIRCLE", "ARC") and turn == 0:
         x, y, _ = entity.ocs().to_wcs(entity.dxf.center)
         r = float(entity.dxf.radius)
