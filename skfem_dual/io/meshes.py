@@ -25,7 +25,7 @@ from .writing import PathLike
 BY_SIDES = "skfem:b:"
 #: dimension, number and name of a group in a file of Gmsh
 NAMED = re.compile(rb'([0-3])\s+(\d+)\s+"(.*)"')
-#: name of a set of cells in a file of Abaqus
+#: keyword and name where a file of Abaqus puts cells into a set
 ELSET = re.compile(r"(?im)^\*(ELSET|ELEMENT)\b[^\n]*?ELSET\s*=\s*(\"[^\"\n]*\"|[^,\n]+)")
 #: numbers of the cells' physical groups
 GROUPS = "gmsh:physical"

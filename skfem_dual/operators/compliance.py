@@ -139,12 +139,12 @@ class Compliance:
         forces are in every row as small as such errors make them, as those of springs on some
         DOFs are not.
         """
-        if self.places is None or not errors.nnz:
+        if self.places is None or not errors.data.any():
             return 0
         alike = self._shapes[:, :: 1 + len(self.places)]
         matrix, moved, work, whole = self._worked(alike)
-        share, most = np.abs(work) / whole, ROWS * (self._in_units(errors) @ np.abs(moved))
-        off = (share > EXACT) & (np.abs(matrix @ moved) <= most).all(axis=0)
+        share, forces = np.abs(work) / whole, ROWS * (self._in_units(errors) @ np.abs(moved))
+        off = (share > EXACT) & (np.abs(matrix @ moved) <= forces).all(axis=0)
         if not off.any():
             return 0
         matrix, unit = self._scaled
