@@ -12,6 +12,12 @@ and its remainder nearly cancel, and what weighted cells leave of the second sho
 skins cells see the ground below, see `Seen`. That was fitted to rectangles and discs of 60 and 240
 cells on layers of 0.001 to 0.03 half widths.
 
+Under narrow plans pressures fall from the middle to the edge as they do under no disc, whose law
+the cells have. Where waves of some cells feel the ground far stiffer than its surface, on thin
+layers, settlements are too large then, more so with few cells across, see `too_coarse`. That was
+fitted to rectangles of 1 and 4 widths with 2 to 12 cells across, and discs of 30 to 600, on bonded
+layers of 0.01 to 0.2 widths, with Poisson's ratios of 0.3 to 0.5.
+
 A base bonded to the ground holds a thin layer that keeps its volume from above, too: the layer is
 up to four times as stiff to long waves then, and stiffnesses need finer cells, see
 `bonded_too_coarse`.
@@ -36,6 +42,9 @@ FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
 #: and rings of 150 to 600 cells on bonded layers of 0.06 to 0.3, with Poisson's ratios of 0 to 0.5
 MARGIN, SQUARE = 3e-4, 2.0
+#: the fitted factors on dual cells and on elements, and the power of how stiff waves of eight cells
+#: feel the ground, by the part of the plan's width that one takes
+ACROSS, ELEMENTS_ACROSS, STIFF = 4e-4, 1.2e-3, 1.2
 #: the fitted factors of the error of bonded bases on dual cells and on triangles: discs of 100 to
 #: 1100 cells on bonded layers of 0.05 to 0.3 radii that keep their volume, against finite elements
 BONDED, BONDED_TRIANGLES = 3e-4, 2.4e-3
@@ -167,9 +176,12 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
                 "edge_boundaries"
             )
         c = seen_by(substrate, edge).singular_coefficient
-        near = 2 * np.pi * c / (k * substrate.symbol(k))
-        triangles = partition.polygons.sizes.max() == 3
-        error += (near / (IN_TRIANGLES if triangles else CANCELLED)) ** 2
+        waves = np.array([k, np.pi / (4 * finer)])
+        near, far = 2 * np.pi * c / (waves * substrate.symbol(waves.ravel()).reshape(2, -1))
+        sides = partition.polygons.sizes.max()
+        across = ELEMENTS_ACROSS if sides <= 4 else ACROSS
+        error = np.maximum(error, across * far**STIFF * finer / _width(partition))
+        error += (near / (IN_TRIANGLES if sides == 3 else CANCELLED)) ** 2
     return _told(substrate, len(partition), finer, error, "settlements")
 
 
@@ -182,16 +194,20 @@ def bonded_too_coarse(substrate: Substrate, partition: Partition) -> str | None:
     """
     if not isinstance(substrate, Stratified):
         return None
-    a, b = partition.ends(edge_ribs(partition))
-    width = 2 * partition.areas.sum() / np.hypot(*(b - a)).sum()  # of a disc its radius
     finer = _finer(mean_size(partition, 2))
-    k = np.concatenate([np.pi / finer, np.pi / (4 * finer), [1 / width]])
+    k = np.concatenate([np.pi / finer, np.pi / (4 * finer), [1 / _width(partition)]])
     along, coupling, down = substrate.compliance(k)
     yielding = (down - coupling**2 / along) / k
     short, long = np.split(yielding[:-1], 2)
     factor = BONDED_TRIANGLES if partition.polygons.sizes.max() == 3 else BONDED
     error = factor * short / long * short / yielding[-1]
     return _told(substrate, len(partition), finer, error, "stiffnesses of a bonded base")
+
+
+def _width(partition: Partition) -> float:
+    """Of a plan: twice its area over the length of its edge, of a disc its radius."""
+    a, b = partition.ends(edge_ribs(partition))
+    return float(2 * partition.areas.sum() / np.hypot(*(b - a)).sum())
 
 
 def _finer(h: float) -> ndarray:
