@@ -42,8 +42,8 @@ FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
 #: and rings of 150 to 600 cells on bonded layers of 0.06 to 0.3, with Poisson's ratios of 0 to 0.5
 MARGIN, SQUARE = 3e-4, 2.0
-#: the fitted factors on dual cells and on elements, and the power of how stiff waves of eight cells
-#: feel the ground, by the part of the plan's width that one takes
+#: the fitted factors on dual cells and elements by the part of a plan's width that one takes, and
+#: the power of how stiff waves of eight cells feel the ground
 ACROSS, ELEMENTS_ACROSS, STIFF = 4e-4, 1.2e-3, 1.2
 #: the fitted factors of the error of bonded bases on dual cells and on triangles: discs of 100 to
 #: 1100 cells on bonded layers of 0.05 to 0.3 radii that keep their volume, against finite elements
