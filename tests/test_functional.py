@@ -163,6 +163,30 @@ def test_linear_fields_are_reproduced(weights, name, c):
     assert new == pytest.approx(old, abs=1e-8)
 
 
+@pytest.mark.parametrize("ratio", [1e9, 1e14, 1e18])
+@pytest.mark.parametrize("names", [("D1", "D2"), ("B1", "B2"), ("C1", "D2")])
+@pytest.mark.parametrize("grids", GRIDS.values(), ids=GRIDS)
+def test_weights_far_apart(grids, names, ratio):
+    """Linear fields are exact with any; what others become is right, or refused."""
+    weights = Weights(1, 1, **dict.fromkeys(names, ratio))
+    functional = CoupleFunctional(Neighbours.of(grids), weights)
+    F, G = (7 + x[0] - 3 * x[1] for x in nodes(grids))
+    if ratio < 1e16:
+        new = np.concatenate(functional.minimise(F, G))
+        np.testing.assert_allclose(new, np.concatenate([F, G]), atol=1e-12)
+    rng = np.random.default_rng(0)
+    F, G = (rng.normal(size=n) for n in functional.neighbours.alpha.shape)
+    try:
+        U, V = functional.minimise(F, G)
+    except ConvergenceError:
+        assert ratio > 1e9
+        return
+    least = functional.value(F, G, U, V)
+    for size in (1e-3, 1.0):  # smooth ones are those that are lost
+        assert functional.value(F, G, U + size, V + size) > least
+        assert functional.value(F, G, U - size, V - size) > least
+
+
 @pytest.mark.parametrize("grids", GRIDS.values(), ids=GRIDS)
 def test_matrix_is_symmetric_positive_definite_with_a_bounded_condition(grids):
     w = Weights(2.0, 3.0, 5.0, 1.0, 4.0, 2.0, 7.0, 6.0)
