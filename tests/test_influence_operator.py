@@ -38,6 +38,7 @@ from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
 from skfem_dual.elements.slopes import Slopes
 from skfem_dual.errors import ConvergenceError, MeshError
+from skfem_dual.grids import generate
 from skfem_dual.grids.generate import disc as even_disc
 from skfem_dual.grids.partition import Partition
 from skfem_dual.operators import attempts, entries, resources
@@ -531,6 +532,19 @@ def test_the_smallest_tolerance(name):
     operator = InfluenceOperator(ground, basis, 1e-8, "fast")
     q = np.ones(len(exact))
     assert np.abs(operator @ q - exact @ q).max() < 2e-8 * np.abs(exact).sum(axis=1).min()
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-7, 1e-8])
+def test_the_tolerance_holds_under_pressures_of_any_sign(rtol):
+    """Of a strip with few cells, where uniform ones hide what boxes leave: 5 times, once."""
+    cells = DualMesh.from_mesh(generate.rectangle(8.0, 1.0, n=300)).basis()
+    ground = HalfSpace(1.0, 0.3)
+    exact = InfluenceOperator(ground, cells, rtol=0).to_dense()
+    operator = InfluenceOperator(ground, cells, rtol=rtol, method="fast")
+    q = np.random.default_rng(3).choice([-1.0, 1.0], (len(exact), 4))
+    off = np.abs(operator @ q - exact @ q) / exact.sum(axis=1)[:, None]
+    assert off.max() < 2 * rtol
+    assert np.mean(off > rtol) < 0.02
 
 
 def test_a_tolerance_out_of_reach(monkeypatch):

@@ -56,8 +56,9 @@ class InfluenceOperator(LinearOperator):
         Error allowed in a settlement, relative to what the greatest of the pressures would
         cause on all cells, contributions taken positive, which is no less than a hundredth of
         that on homogeneous ground with the moduli of the surface. It is verified on 16 to 64
-        rows, fewer of more than 260 000 cells: few others can be off up to twice as far, among
-        long and thin cells some times.
+        rows, fewer of more than 260 000 cells, under pressures of one sign and of random ones:
+        few others can be off up to twice as far, among long and thin cells, or below 1e-7, some
+        times.
         Beside what few loaded cells do themselves errors are larger: see the notes. Below 1e-8,
         for dense matrices only: exact entries.
     method : {"auto", "dense", "fast", "toeplitz"}
