@@ -18,6 +18,7 @@ LAYERS = [
     ["errors", "messages", "numeric", "arguments", "units"],
     [
         "kernels.disk",
+        "kernels.memory",
         "kernels.compiled",
         "kernels.threads",
         "kernels.limits",

@@ -3,9 +3,9 @@
 The figures of `estimate` are measured, see ``benchmarks/fast_operator.py``.
 """
 
-import os
 from dataclasses import dataclass
 
+from ..kernels.memory import available_memory
 from .entries import EXACT
 from .fmm.expansions import degree_of
 from .fmm.summation import SHORT, SINGLE, order_for
@@ -162,15 +162,3 @@ def refuse_beyond_memory(needed: float, what: str, remedy: str, cells: int = 0) 
             f"about {needed / 2**20:.4g} MiB. Remedy: "
             + remedy.format(most=int(memory / needed * cells))
         )
-
-
-def available_memory() -> float:
-    """Bytes that can be used without swapping, as far as the system tells; else infinity."""
-    try:
-        with open("/proc/meminfo") as file:
-            for line in file:
-                if line.startswith("MemAvailable:"):
-                    return 1024.0 * int(line.split()[1])
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (OSError, ValueError, AttributeError):
-        return float("inf")

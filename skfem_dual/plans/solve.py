@@ -6,9 +6,9 @@ from ..arguments import Pair, checked_flag, checked_instance, checked_number, ch
 from ..contact.load import Load
 from ..errors import ResolutionWarning, warn
 from ..ground.substrates import Substrate, checked_substrate
+from ..kernels.memory import available_memory
 from ..kernels.once import remember
 from ..messages import place
-from ..operators.resources import available_memory
 from ..solutions.punch_solution import PunchSolution
 from .plan import Plan
 from .problem import Attempt, Problem
