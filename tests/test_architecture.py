@@ -340,6 +340,7 @@ LATE = {
     ("contact.measured", "io.surfaces"),
     ("ground.substrates", "ground.hankel"),
     ("solutions.pressures", "visuals.matplotlib"),
+    ("solutions.group_solution", "visuals.matplotlib"),
     ("solutions.cases_solution", "io.cases"),
     ("solutions.pressures", "visuals.notebook"),
     ("solutions.group_solution", "visuals.notebook"),

@@ -333,7 +333,8 @@ def test_data_tells_what_was_solved():
     (footing,), cells = data["footings"], punch.partition
     p = cells.polygons.p
     exact = {
-        "name": "", "cells": len(cells), "edge": "singular", "collocation": "centroid",
+        "name": "", "cells": len(cells), "edge": "singular",
+        "edge_boundaries": None, "collocation": "centroid",
         "shape": "flat", "origin": [-0.3, -0.2], "accuracy": None,
     }  # fmt: skip
     assert {k: footing[k] for k in exact} == exact

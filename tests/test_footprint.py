@@ -189,3 +189,16 @@ def test_rough_settlements_in_any_units(size, force):
     usual = settled(mesh, x)
     np.testing.assert_allclose(settled(mesh.scaled(size), size * x), size * usual, rtol=2e-6)
     np.testing.assert_allclose(settled(mesh.translated(at[:, 0]), x + at), usual, rtol=2e-6)
+
+
+def test_the_edges_that_are_named_are_told():
+    mesh = rectangle(6, 1.0, 1.5).with_boundaries(
+        {"west": lambda x: x[0] < -1 + 1e-9, "east": lambda x: x[0] > 1 - 1e-9}
+    )
+    basis = DualMesh.from_mesh(mesh).basis()
+    facets = mesh.boundaries["west"].tolist()
+    told = {"west": "the boundary west", ("west", "east"): "the boundaries west and east"}
+    for names, where in [*told.items(), (facets, f"{len(facets)} boundary facets")]:
+        punch = RigidPunch(SOIL, basis, edge_boundaries=names)
+        assert f"dual cells, singular edge on {where}, centroid" in repr(punch.solve(1.0))
+    assert "dual cells, singular edge, centroid" in repr(RigidPunch(SOIL, basis))

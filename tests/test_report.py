@@ -606,13 +606,13 @@ def test_edges_and_collocation():
     dual = DualMesh.from_mesh(generate.annulus(0.5, n=60).with_boundaries(sides))
     punch = RigidPunch(SOIL, dual.basis(), edge_boundaries=["edge", "hole"])
     found = page(punch.solve(1.0))
-    assert "boundaries edge, hole like" in found.text("Pressure inside the cells")
+    assert "boundaries edge and hole like" in found.text("Pressure inside the cells")
     one = page(RigidPunch(SOIL, dual.basis(), edge_boundaries="edge").solve(1.0))
     assert "the boundary edge like" in one.text("Pressure inside the cells")
     facets = RigidPunch(SOIL, COARSE.basis(), edge_boundaries=COARSE.mesh.boundary_facets())
-    assert "facets given" in page(facets.solve(1.0)).text("Pressure inside the cells")
+    assert "boundary facets like" in page(facets.solve(1.0)).text("Pressure inside the cells")
     listed = dataclasses.replace(facets, edge_boundaries=facets.edge_boundaries.tolist())
-    assert "facets given" in page(listed.solve(1.0)).text("Pressure inside the cells")
+    assert "boundary facets like" in page(listed.solve(1.0)).text("Pressure inside the cells")
     node = page(solved(COARSE, edge="constant", collocation="node"))
     assert node.text("Pressure inside the cells") == "constant"
     assert node.text("Collocation points") == "nodes of the other grid"

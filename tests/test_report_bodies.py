@@ -421,7 +421,8 @@ def test_data_tells_what_was_solved(cases, group):
     (body,), punch = data["structures"], cases["calm"].punch
     cells, basis = punch.partition, punch.structure
     exact = {
-        "name": "", "cells": len(cells), "edge": "singular", "collocation": "centroid",
+        "name": "", "cells": len(cells), "edge": "singular",
+        "edge_boundaries": None, "collocation": "centroid",
         "shape": "flat", "kind": "plate", "plate": None, "columns": [],
         "element": type(basis.elem).__name__, "elements": basis.mesh.nelements, "dofs": basis.N,
         "held": len(punch.compliance.fixed),

@@ -202,7 +202,7 @@ def test_units_and_place_do_not_matter():
     assert (np.diff(plain) < 0).all()
 
 
-@pytest.mark.parametrize("size", [1e-60, 1e-19, 1e60, *slow(1e19)])
+@pytest.mark.parametrize("size", [1e-60, 1e-19, 1e90, *slow(1e19, 1e60)])
 def test_sizes_that_are_no_numbers_in_the_end(size):
     """In units far from the plan's cells are refused, in others the answer is the same."""
     basis = DualMesh.from_mesh(disc(n=30).scaled(size)).basis()

@@ -454,6 +454,9 @@ def test_neighbours_are_drawn_together(visuals, pair):
     """On one scale: isobars run where the pressure of either is theirs, and on both plans."""
     levels = [0.3, 0.5]
     x = contours(visuals.isobars(pair, levels=levels, labels=False, scale=0.5))
+    if visuals is with_matplotlib:
+        same = contours(pair.plot(levels=levels, labels=False, scale=0.5))
+        np.testing.assert_array_equal(same, x)
     if visuals is with_pyvista:
         x = x + np.hstack([s.punch.basis.mesh.p for s in pair]).mean(axis=1, keepdims=True)
     for centre, solution in zip((0.0, 2.5), pair.solutions, strict=True):

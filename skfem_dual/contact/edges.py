@@ -156,6 +156,17 @@ def pulling(areas: ndarray, pressure: ndarray, constant: ndarray | None = None) 
     )
 
 
+def where_named(names: EdgeBoundaries | None) -> str:
+    """What part of the boundary of a plan its edge is, to be told; empty if it is all of it."""
+    if names is None:
+        return ""
+    if isinstance(names, str):
+        return f"the boundary {names}"
+    if len(names) and all(isinstance(name, str) for name in names):
+        return f"the boundaries {' and '.join(map(str, names))}"
+    return f"{len(names)} boundary facets"
+
+
 def _named_facets(basis: CellBasis, names: EdgeBoundaries) -> ndarray:
     given = [names] if isinstance(names, str) else names
     if not isinstance(given, (Sequence, np.ndarray)) or getattr(given, "ndim", 1) != 1:

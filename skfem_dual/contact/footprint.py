@@ -18,6 +18,7 @@ from skfem.assembly.basis import AbstractBasis
 from ..arguments import Pair, checked_array, checked_choice, checked_number, checked_pair
 from ..elements.edge_weights import EdgeWeights, load_centroids
 from ..elements.load_matrix import load_matrix
+from ..elements.resolution import require_sizes
 from ..elements.slopes import Slopes
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
@@ -29,7 +30,7 @@ from ..ground.substrates import Substrate
 from ..kernels.once import computed_once
 from ..messages import place
 from ..operators.influence_operator import COARSEST, RTOL
-from .edges import EdgeBoundaries, weights_of
+from .edges import EdgeBoundaries, weights_of, where_named
 from .hull import Hull
 from .load import Load
 from .loaded_cells import LoadedCells
@@ -62,6 +63,8 @@ class Footprint(LoadedCells):
         Accuracy of settlements under given pressures; None: exact while that is a small matrix.
     outline, corners : (2, k) array of float or None
         As of `RigidPunch`.
+    edge_boundaries : str, sequence of str or of int, or None
+        As of `RigidPunch`.
     """
 
     basis: CellBasis
@@ -71,6 +74,7 @@ class Footprint(LoadedCells):
     rtol: float | None
     outline: ndarray | None = None
     corners: ndarray | None = None
+    edge_boundaries: EdgeBoundaries | None = None
 
     @classmethod
     def from_basis(
@@ -108,6 +112,7 @@ class Footprint(LoadedCells):
         if rtol is not None:
             rtol = checked_number("rtol", rtol, at_least=0, at_most=COARSEST)
         partition = Partition.from_basis(basis)
+        require_sizes(partition)
         if outline is not None:
             outline = _checked_outline(outline, partition)
         if corners is not None:
@@ -118,7 +123,7 @@ class Footprint(LoadedCells):
             law = weights, Slopes.from_weights(weights)
         points = partition.nodes if collocation == "node" else partition.centroids
         plan = substrate, partition, *law, points, basis
-        return cls(*plan, edge, collocation, origin, rtol, outline, corners)
+        return cls(*plan, edge, collocation, origin, rtol, outline, corners, edge_boundaries)
 
     @computed_once
     def hull(self) -> ndarray:
@@ -248,7 +253,9 @@ class Footprint(LoadedCells):
         """Number and kind of the cells and the collocation, for tables."""
         kind = {3: "triangles", 4: "quadrilaterals"}.get(self.partition.polygons.sizes.max())
         kind = "dual cells" if self.on_dual_cells else kind
-        return f"{len(self)} {kind}, {self.edge} edge, {self.collocation} collocation"
+        where = where_named(self.edge_boundaries)
+        edge = f"{self.edge} edge" + f" on {where}" * bool(where)
+        return f"{len(self)} {kind}, {edge}, {self.collocation} collocation"
 
 
 def _checked_outline(outline: ArrayLike, partition: Partition) -> ndarray:

@@ -144,13 +144,7 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
     """What to warn of if the cells are too coarse for the ground, else None.
 
     ``sloped`` tells whether the pressure varies linearly over them.
-
-    Raises
-    ------
-    MeshError
-        If they are so large or small that their moments are no numbers.
     """
-    require_sizes(partition)
     if not isinstance(substrate, Stratified):
         return None
     # of graded meshes the largest cells follow waves worst; parts cancel over all of the plan

@@ -63,8 +63,6 @@ class Discretisation(NamedTuple):
         partition = basis if isinstance(basis, Partition) else Partition.from_basis(basis)
         ground = _ground(substrate, partition, edge)
         weights, slopes = _law(ground, basis, partition, edge)
-        if weights is not None:
-            require_sizes(partition)
         x = readonly(_points(partition, points))
         if x.shape[1] == 0:
             raise ValueError("expected at least one point to settle, got none")
@@ -117,6 +115,7 @@ def _law(
             'expected edge "constant" or EdgeWeights with a partition, got "singular". Remedy: '
             "a basis, whose mesh tells the weights"
         )
+    require_sizes(partition)
     weights = EdgeWeights.from_basis(basis, partition, edge_ribs(partition), ground)
     return weights, Slopes.from_weights(weights)
 

@@ -175,6 +175,7 @@ def _plan(body: ReportedBody) -> dict[str, Any]:
         "grid": footprint.description,
         "cells": len(footprint.partition),
         "edge": (footprint if punch is None else punch.footprint).edge,
+        "edge_boundaries": footprint.edge_boundaries,
         "collocation": footprint.collocation,
         "shape": None if punch is None else shape_of(punch.gap),
         "origin": footprint.origin,

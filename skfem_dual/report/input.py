@@ -1,10 +1,11 @@
 """The input of a solution, as a section of a report."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from ..contact.edges import where_named
 from ..contact.load import Share
 from ..grids.cellwise import nodal_mesh
 from ..ground.graded import GradedHalfSpace
@@ -106,14 +107,7 @@ def edge_rule(punch: Any) -> str:
     """How the pressure varies inside the cells of a body."""
     if punch.edge == "constant":
         return "constant"
-    names = punch.edge_boundaries
-    where = "the plan"
-    if isinstance(names, str):
-        where = f"the boundary {names}"
-    elif isinstance(names, Sequence) and all(isinstance(name, str) for name in names):
-        where = f"the boundaries {', '.join(names)}"
-    elif names is not None:
-        where = "the boundary facets given"
+    where = where_named(punch.edge_boundaries) or "the plan"
     return f"grows to the edge of {where} like the inverse square root of the distance to it"
 
 

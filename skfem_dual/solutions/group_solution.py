@@ -118,6 +118,12 @@ class PunchesSolution:
         ]
         return "\n".join(["<skfem_dual PunchesSolution object>", head, *rows])
 
+    def plot(self, **options: Any) -> Any:
+        """The same as `PunchSolution.plot`, under all punches."""
+        from ..visuals.matplotlib import isobars
+
+        return isobars(self, **options)
+
     def _repr_html_(self) -> str:
         from ..visuals.notebook import group_html
 
