@@ -51,6 +51,18 @@ def test_formats(tmp_path, suffix):
     assert len(DualMesh.from_mesh(found)) == MESH.p.shape[1]
 
 
+@pytest.mark.parametrize("end", ["3.7", "3e5", "3abc", "3-1", "3,5", "3\n3 0 1 3"])
+def test_off_files_are_read_to_their_end(tmp_path, end):
+    """The reader would stop within the last number, and take what it has for a node."""
+    path = tmp_path / "square.off"
+    text = "OFF\n# of two triangles\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 "
+    path.write_text(text + "3\n\n")
+    assert read_mesh(path).nelements == 2
+    path.write_text(text + end + "\n")
+    with pytest.raises(MeshError, match="end with the last of 2 faces"):
+        read_mesh(path)
+
+
 def test_plane_in_space(tmp_path):
     path = tmp_path / "plan.vtu"
     meshio.write(path, meshio.Mesh(with_z(MESH.p, -1.5), {"triangle": MESH.t.T}))

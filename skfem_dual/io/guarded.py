@@ -130,6 +130,8 @@ def read_through_meshio(path: PathLike, file_format: str | None = None) -> "mesh
         _require_files_named_in(path)
     if "gmsh" in formats:
         _require_node_numbers(path)
+    if "off" in formats:
+        _require_all_of_off(path)
     if _is_steady(path, formats):
         outcome, found = reader.read(str(path), file_format)
     else:
@@ -216,6 +218,23 @@ def _require_node_numbers(path: Path) -> None:
                 f"expected node numbers from 1 in {path}, got {min(nodes)} in element {fields[0]}."
                 " Remedy: number the nodes from 1, as in the section $Nodes"
             )
+
+
+def _require_all_of_off(path: Path) -> None:
+    """Refuse an OFF file whose reader would stop within its last number, or before its end."""
+    with open(path, "rb") as file:
+        lines = [line for line in file if line.strip() and not line.lstrip().startswith(b"#")]
+    try:
+        points, faces = map(int, lines[1].split()[:2])
+    except (ValueError, IndexError):  # damaged, of which the reader tells
+        return
+    left, last = len(lines) - 2 - points - faces, lines[-1].split()[-1]
+    if left > 0 or not last.isdigit():
+        got = f"{left} lines more" if left > 0 else repr(last.decode("utf-8", "replace"))
+        raise MeshError(
+            f"expected {path} to end with the last of {faces} faces, as its header has them, and "
+            f"the number of a node, got {got}. Remedy: write the file again"
+        )
 
 
 def _largest_binary_number(nodes: bytes) -> float:
