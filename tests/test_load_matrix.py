@@ -449,6 +449,18 @@ def test_slivers_by_the_digits_of_a_file_carry_their_load(grid):
         solution.load_vector(rounded(8))
 
 
+def test_cells_that_are_slivers_are_no_slivers_of_cells():
+    """A row of them outside of the mesh of loads is less than what all may lack, but whole cells."""
+    x = np.linspace(0, 1, 5)
+    thin = MeshTri.init_tensor(np.append(x, 1 + 5e-10), x)
+    partition, fan = Partition.from_basis(b := CellBasis(thin, ElementTriP0())), Fan.from_basis(b)
+    short = CellBasis(MeshTri.init_tensor(x, x), ElementTriP1())
+    with pytest.raises(ValueError, match="lies outside"):
+        load_matrix(partition, None, fan, short)
+    part = load_matrix(partition, None, fan, short, partial=True)
+    assert part.sum(axis=0).A1.sum() == pytest.approx(1.0, rel=1e-9)
+
+
 def test_slivers_of_rounding_far_from_the_origin_are_no_load_left_out():
     """The line of contact cuts slivers off triangles: once 8e-6 of the force was lost."""
     site = np.array([4.5e5, 5.4e6])

@@ -45,9 +45,6 @@ MARGIN, SQUARE = 3e-4, 2.0
 #: the fitted factors on dual cells and elements by the part of a plan's width that one takes, and
 #: the power of how stiff waves of eight cells feel the ground
 ACROSS, ELEMENTS_ACROSS, STIFF = 4e-4, 1.2e-3, 1.2
-#: and from which such error on pressures that do not vary inside cells are closer: in 100 of 108,
-#: by four times in the median
-EVENLY = 0.1
 #: the fitted factors of the error of bonded bases on dual cells and on triangles: discs of 100 to
 #: 1100 cells on bonded layers of 0.05 to 0.3 radii that keep their volume, against finite elements
 BONDED, BONDED_TRIANGLES = 3e-4, 2.4e-3
@@ -160,7 +157,7 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
             "times less than the size of the cells, is that of other units or of a gradient that "
             "is no part of the modulus. Remedy: ground in the units of the mesh"
         )
-    finer, remedy = _finer(h), ""
+    finer = _finer(h)
     error = coarseness(substrate, finer)
     if sloped:
         k = np.pi / (finer * usual / h)
@@ -178,11 +175,9 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
         sides = partition.polygons.sizes.max()
         factor = ELEMENTS_ACROSS if sides <= 4 else ACROSS
         across = factor * far**STIFF * finer / _width(partition)
-        remedy = ', or edge="constant", which is closer then' * bool(across[0] > EVENLY)
         error = np.maximum(error, across)
         error += (near / (IN_TRIANGLES if sides == 3 else CANCELLED)) ** 2
-    told = _told(substrate, len(partition), finer, error, "settlements")
-    return told and told + remedy
+    return _told(substrate, len(partition), finer, error, "settlements and tilts")
 
 
 def bonded_too_coarse(substrate: Substrate, partition: Partition) -> str | None:

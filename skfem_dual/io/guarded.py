@@ -223,14 +223,15 @@ def _require_node_numbers(path: Path) -> None:
 def _require_all_of_off(path: Path) -> None:
     """Refuse an OFF file whose reader would stop within its last number, or before its end."""
     with open(path, "rb") as file:
-        lines = [line for line in file if line.strip() and not line.lstrip().startswith(b"#")]
+        lines = [words for line in file if (words := line.partition(b"#")[0].split())]
     try:
-        points, faces = map(int, lines[1].split()[:2])
+        points, faces = map(int, lines[1][:2])
     except (ValueError, IndexError):  # damaged, of which the reader tells
         return
-    left, last = len(lines) - 2 - points - faces, lines[-1].split()[-1]
+    left = sum(map(len, lines[2:])) - 3 * points - 4 * faces
+    last = lines[-1][-1]
     if left > 0 or not last.isdigit():
-        got = f"{left} lines more" if left > 0 else repr(last.decode("utf-8", "replace"))
+        got = f"{left} numbers more" if left > 0 else repr(last.decode("utf-8", "replace"))
         raise MeshError(
             f"expected {path} to end with the last of {faces} faces, as its header has them, and "
             f"the number of a node, got {got}. Remedy: write the file again"

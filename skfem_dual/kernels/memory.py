@@ -12,16 +12,13 @@ except ImportError:  # not on Windows
 #: no limit
 NONE = float("inf")
 #: of control groups in versions 2 and 1: where they are, the files of their limit and of what they
-#: use, and the name of what of it can be given back
+#: use, and how names of what of it can be given back begin
 GROUPS = {
-    "": ("", "memory.max", "memory.current", "inactive_file"),
-    "memory": (
-        "memory",
-        "memory.limit_in_bytes",
-        "memory.usage_in_bytes",
-        "total_inactive_file",
-    ),
+    "": ("", "memory.max", "memory.current", ""),
+    "memory": ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_"),
 }
+#: files that are kept as long as nobody needs their place
+GIVEN_BACK = "inactive_file", "active_file", "slab_reclaimable"
 
 
 def available_memory(root: str = "/") -> float:
@@ -36,8 +33,8 @@ def available_memory(root: str = "/") -> float:
 
 def _of_machine(root: Path) -> float:
     try:
-        return 1024.0 * _entry(root / "proc/meminfo", "MemAvailable:")
-    except (OSError, ValueError):
+        return 1024.0 * _entries(root / "proc/meminfo")["MemAvailable:"]
+    except (OSError, KeyError):
         pass
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
@@ -46,28 +43,27 @@ def _of_machine(root: Path) -> float:
 
 
 def _of_process(root: Path) -> Iterator[float]:
-    """What limits of the address space and of data leave."""
-    if resource is None:
-        return
-    for limit, name in ((resource.RLIMIT_AS, "VmSize:"), (resource.RLIMIT_DATA, "VmData:")):
-        most = resource.getrlimit(limit)[0]
+    """What limits of the address space and of data leave, where the system tells what is used."""
+    for limit, name in (("RLIMIT_AS", "VmSize:"), ("RLIMIT_DATA", "VmData:")):
+        if not hasattr(resource, limit):
+            continue
+        most = resource.getrlimit(getattr(resource, limit))[0]
         if most != resource.RLIM_INFINITY:
             try:
-                yield most - 1024.0 * _entry(root / "proc/self/status", name)
-            except (OSError, ValueError):
+                yield most - 1024.0 * _entries(root / "proc/self/status")[name]
+            except (OSError, KeyError):
                 yield float(most)
 
 
 def _of_groups(root: Path) -> Iterator[float]:
     """What limits of the control groups leave that the process is in, as those of containers."""
     try:
-        lines = (root / "proc/self/cgroup").read_text().splitlines()
+        lines = (root / "proc/self/cgroup").read_text(errors="replace").splitlines()
     except OSError:
         return
-    for line in lines:
-        _, controllers, path = line.split(":", 2)
+    for _, controllers, path in (line.split(":", 2) for line in lines if line.count(":") > 1):
         for controller in GROUPS.keys() & set(controllers.split(",")):
-            folder, limit, usage, inactive = GROUPS[controller]
+            folder, limit, usage, begin = GROUPS[controller]
             top = root / "sys/fs/cgroup" / folder
             own = top / path.lstrip("/")
             # inside of a container paths may be those outside of it
@@ -75,15 +71,13 @@ def _of_groups(root: Path) -> Iterator[float]:
                 try:
                     most = int((group / limit).read_text())  # or "max"
                     used = int((group / usage).read_text())
-                    yield most - used + _entry(group / "memory.stat", inactive)
+                    kept = _entries(group / "memory.stat")
                 except (OSError, ValueError):
-                    pass
+                    continue
+                yield most - used + sum(kept.get(begin + name, 0) for name in GIVEN_BACK)
 
 
-def _entry(file: Path, name: str) -> int:
-    """The number after a name in a file of the system."""
-    for line in file.read_text().splitlines():
-        words = line.split()
-        if words and words[0] == name:
-            return int(words[1])
-    raise ValueError(f"expected {name} in {file}")
+def _entries(file: Path) -> dict[str, int]:
+    """Numbers by the names before them, of a file of the system."""
+    words = map(str.split, file.read_text(errors="replace").splitlines())
+    return {line[0]: int(line[1]) for line in words if len(line) > 1 and line[1].isdigit()}

@@ -350,16 +350,20 @@ class CoupleFunctional:
             If the weights are so far apart that the minimum is not found.
         """
         F, G = self.neighbours.checked(F, G)
-        U, V = F, G
-        close = CLOSE * max(np.abs(F).max(initial=0.0), np.abs(G).max(initial=0.0))
+        U, V = F.copy(), G.copy()
+        size = max(np.abs(F).max(initial=0.0), np.abs(G).max(initial=0.0))
+        close, steep = CLOSE * size, self.descent(F, G, U, V)
+        if np.abs(steep).max(initial=0.0) <= ROUNDING * max(astuple(self.weights)) * size:
+            return U, V  # linear fields, but for rounding
         for _ in range(CORRECTIONS):
-            lacking = self.solve(self.descent(F, G, U, V))
-            size = np.abs(lacking).max(initial=0.0)
-            if not np.isfinite(size):
+            lacking = self.solve(steep)
+            change = np.abs(lacking).max(initial=0.0)
+            if not np.isfinite(change):
                 break
             U, V = U + lacking[: len(F)], V + lacking[len(F) :]
-            if self._sure or size <= close:
+            if self._sure or change <= close:
                 return U, V
+            steep = self.descent(F, G, U, V)
         raise ConvergenceError(self._apart)
 
     @property
