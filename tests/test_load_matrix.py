@@ -450,7 +450,7 @@ def test_slivers_by_the_digits_of_a_file_carry_their_load(grid):
 
 
 def test_cells_that_are_slivers_are_no_slivers_of_cells():
-    """A row of them outside of the mesh of loads is less than what all may lack, but whole cells."""
+    """A row of them outside of the mesh of loads is less than all may lack, but whole cells."""
     x = np.linspace(0, 1, 5)
     thin = MeshTri.init_tensor(np.append(x, 1 + 5e-10), x)
     partition, fan = Partition.from_basis(b := CellBasis(thin, ElementTriP0())), Fan.from_basis(b)
