@@ -230,7 +230,7 @@ def _require_all_of_off(path: Path) -> None:
         return
     left = sum(map(len, lines[2:])) - 3 * points - 4 * faces
     last = lines[-1][-1]
-    if left > 0 or not last.isdigit():
+    if left > 0 or not last.removeprefix(b"-").isdigit():
         got = f"{left} numbers more" if left > 0 else repr(last.decode("utf-8", "replace"))
         raise MeshError(
             f"expected {path} to end with the last of {faces} faces, as its header has them, and "
