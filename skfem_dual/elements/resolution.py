@@ -18,6 +18,9 @@ layers, settlements are too large then, more so with few cells across, see `too_
 fitted to rectangles of 1 and 4 widths with 2 to 12 cells across, and discs of 30 to 600, on bonded
 layers of 0.01 to 0.2 widths, with Poisson's ratios of 0.3 to 0.5.
 
+Tilts across a plan are off where most of its resistance lies inside of cells, see `_few_across`:
+rectangles of 3 and 6 widths with a row of triangles to four rows of quadrilaterals on 20 grounds.
+
 A base bonded to the ground holds a thin layer that keeps its volume from above, too: the layer is
 up to four times as stiff to long waves then, and stiffnesses need finer cells, see
 `bonded_too_coarse`.
@@ -25,6 +28,7 @@ up to four times as stiff to long waves then, and stiffnesses need finer cells, 
 
 import numpy as np
 from numpy import ndarray
+from scipy.linalg import eigh
 
 from ..errors import MeshError
 from ..grids.outline import edge_ribs
@@ -37,6 +41,8 @@ from ..ground.substrates import Substrate
 ALLOWED = 0.027
 #: and beyond which it tells nothing any more
 MOST = 10.0
+#: the same of tilts across a plan that few cells lie across
+ALLOWED_TILT = 0.06
 #: the fitted factor and power of how the compliance grows
 FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
@@ -51,8 +57,8 @@ BONDED, BONDED_TRIANGLES = 3e-4, 2.4e-3
 #: how many times as stiff to short waves as to ones four times as long ground with a crust is
 CRUST = 1.5
 #: how many times as soft as the ground under a cell a surface without end would be where the error
-#: is that of the whole; and the same of triangles
-CANCELLED, IN_TRIANGLES = 150.0, 60.0
+#: is that of the whole; and the same of triangles and quadrilaterals
+CANCELLED, IN_ELEMENTS = 150.0, 45.0
 #: sizes of cells whose moments remain numbers, and those of the ground's waves
 SIZES = 1e-20, 1e20
 #: cells smaller than so many lengths of the ground need not be looked at, and larger ones than so
@@ -157,12 +163,13 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
             "times less than the size of the cells, is that of other units or of a gradient that "
             "is no part of the modulus. Remedy: ground in the units of the mesh"
         )
-    finer = _finer(h)
+    finer, c = _finer(h), None
     error = coarseness(substrate, finer)
+    edge = partition.areas[partition.f2c[0, edge_ribs(partition)]]
+    even = even_at_edge(substrate, edge)
     if sloped:
         k = np.pi / (finer * usual / h)
-        edge = partition.areas[partition.f2c[0, edge_ribs(partition)]]
-        if even_at_edge(substrate, edge):
+        if even:
             return (
                 f"no law of the edge holds on ground that varies over {substrate.lengths[0]:.3g} "
                 f"inside cells of a size of about {np.sqrt(edge.mean()):.3g}: settlements may be "
@@ -172,12 +179,13 @@ def too_coarse(substrate: Substrate, partition: Partition, sloped: bool = True) 
         c = seen_by(substrate, edge).singular_coefficient
         waves = np.array([k, np.pi / (4 * finer)])
         near, far = 2 * np.pi * c / (waves * substrate.symbol(waves.ravel()).reshape(2, -1))
-        sides = partition.polygons.sizes.max()
-        factor = ELEMENTS_ACROSS if sides <= 4 else ACROSS
+        on_dual_cells = partition.polygons.sizes.max() > 4
+        factor = ACROSS if on_dual_cells else ELEMENTS_ACROSS
         across = factor * far**STIFF * finer / _width(partition)
         error = np.maximum(error, across)
-        error += (near / (IN_TRIANGLES if sides == 3 else CANCELLED)) ** 2
-    return _told(substrate, len(partition), finer, error, "settlements and tilts")
+        error += (near / (CANCELLED if on_dual_cells else IN_ELEMENTS)) ** 2
+    told = _told(substrate, len(partition), finer, error, "settlements and tilts")
+    return told or (_few_across(substrate, partition, c) if sloped or even else None)
 
 
 def bonded_too_coarse(substrate: Substrate, partition: Partition) -> str | None:
@@ -197,6 +205,34 @@ def bonded_too_coarse(substrate: Substrate, partition: Partition) -> str | None:
     factor = BONDED_TRIANGLES if partition.polygons.sizes.max() == 3 else BONDED
     error = factor * short / long * short / yielding[-1]
     return _told(substrate, len(partition), finer, error, "stiffnesses of a bonded base")
+
+
+def _few_across(substrate: Stratified, partition: Partition, c: float | None) -> str | None:
+    """The message about tilts across a plan that few cells lie across.
+
+    What the plan's moment of inertia has more than that of its cells' centroids is lost where
+    pressures do not vary inside them, ``c`` None; where they do it resists as homogeneous ground
+    with a part ``c / r`` does, more or less than this one.
+    """
+    areas, x = partition.areas, partition.centroids - partition.centre[:, None]
+    of_centroids = (areas * x) @ x.T
+    xx, xy, yy = partition.polygons.second_moments.sum(axis=1)
+    share, along = eigh(of_centroids, of_centroids + np.array([[xx, xy], [xy, yy]]))
+    width = np.sqrt(12 / (along[:, 0] @ along[:, 0]) / areas.sum())  # of a rectangle
+    error = 1 / max(share[0], 0.5) - 1
+    if c is not None:
+        k = np.pi / np.array([width])
+        stiffer = 2 * np.pi * c / float((k * substrate.symbol(k))[0])
+        error = (1 - share[0]) ** 2 * abs(np.log(stiffer))
+    if error <= ALLOWED_TILT:
+        return None
+    rows = "five" if c is None else "three"
+    return (
+        f"{len(partition)} cells, few of which lie across a plan about {width:.3g} wide on ground "
+        f"that varies over {substrate.lengths[0]:.3g}: tilts across it may be off by some "
+        f"{100 * min(error, 1):.0f} %. Remedy: {rows} rows of cells across, or twice as many of "
+        "triangles"
+    )
 
 
 def _width(partition: Partition) -> float:

@@ -310,10 +310,7 @@ class CoupleFunctional:
         """Minus half the derivative of H at new values U, V, (M + N, ...): right-hand side of the
         normal equations for what they lack. It is of differences: none of linear fields."""
         w, (alpha, beta) = self.weights, (self.neighbours.alpha, self.neighbours.beta)
-        i, j = (
-            inner.reshape(-1, *(1,) * (np.ndim(values) - 1))
-            for inner, values in zip(self.neighbours.inner, (F, G))
-        )
+        i, j = (inner.reshape(-1, *F.shape[1:] and (1,)) for inner in self.neighbours.inner)
         # how far both ends of a term are apart, as `value` has them
         around_U, around_V = (alpha @ V - U) * i, (beta @ U - V) * j
         return np.concatenate(
