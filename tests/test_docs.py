@@ -27,7 +27,15 @@ PAGES = sorted(path.relative_to(DOCS) for path in (DOCS / "guide").glob("*.md"))
 #: pages whose programs take longest
 LONG = [
     Path("guide") / f"{name}.md"
-    for name in ("command_line", "ground", "lift_off", "motions", "pictures", "structures")
+    for name in (
+        "command_line",
+        "ground",
+        "lift_off",
+        "many_cells",
+        "motions",
+        "pictures",
+        "structures",
+    )
 ]
 PROGRAMS = [
     Path("index.md"),

@@ -908,7 +908,7 @@ def test_feet_that_hang_from_a_point_and_turn_there_are_told(seed):
     assert raft.solve(weight + feet.T @ [300.0, 200.0, 100.0]).success
 
 
-@pytest.mark.parametrize("weight", [0.0, 1.0])
+@pytest.mark.parametrize("weight", [1.0, *slow(0.0)])
 def test_hinged_slabs_of_which_one_lifts_off_are_told(weight):
     """Without a load of its own what presses on one would turn it about the hinge."""
     one = MeshTri.init_tensor(np.linspace(0, 1, 7), np.linspace(0, 1, 7))

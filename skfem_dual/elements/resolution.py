@@ -42,7 +42,7 @@ ALLOWED = 0.027
 #: and beyond which it tells nothing any more
 MOST = 10.0
 #: the same of tilts across a plan that few cells lie across
-ALLOWED_TILT = 0.06
+ALLOWED_TILT = 0.05
 #: the fitted factor and power of how the compliance grows
 FACTOR, POWER = 3.5e-5, 2.5
 #: the same of an error that is seldom exceeded, on fine cells too: what bounds lacked under discs
