@@ -1,5 +1,6 @@
 import pickle
 
+import numba
 import numpy as np
 import pytest
 from plans import disc, rectangle
@@ -8,6 +9,7 @@ from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact.footprint import Footprint
 from skfem_dual.elements.edge_correction import EdgeCorrection
 from skfem_dual.elements.influence import influence_matrix
+from skfem_dual.grids import generate
 from skfem_dual.solutions.pressures import CellPressures
 
 SOIL = HalfSpace(1.0, 0.25)
@@ -166,6 +168,7 @@ def test_rough_settlements_by_moments(edge, monkeypatch):
     errors = []
     for reach in (3.0, 6.0):
         monkeypatch.setattr("skfem_dual.elements.moment_sums.REACH", reach)
+        monkeypatch.setattr("skfem_dual.elements.moment_sums.APART", 1.33 * reach)
         found = footprint.settlements(x, pressure, rough=True)
         errors.append(float(np.abs(found - exact).max() / np.abs(exact).max()))
     # slopes are dipoles beyond 2.5 radii in what is called exact
@@ -175,12 +178,34 @@ def test_rough_settlements_by_moments(edge, monkeypatch):
     assert one == pytest.approx(found[:, 0], rel=1e-14)
 
 
+def test_groups_far_off_act_as_their_cells_do(monkeypatch):
+    """More nearly the farther off they are, by the fifth power; the same on all threads."""
+    module = "skfem_dual.elements.moment_sums."
+    footprint = Footprint.from_basis(SOIL, DualMesh.from_mesh(generate.disc(n=2000)).basis())
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-1.5, 1.5, (2, 1000))
+    pressure = rng.uniform(0.5, 1.5, (len(footprint), 3))
+
+    def settled(**kwargs):
+        for name, value in kwargs.items():
+            monkeypatch.setattr(module + name, value)
+        return footprint.settlements(x, pressure, rough=True)
+
+    usual = settled()
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 3)
+    assert (settled() == usual).all()
+    single = settled(FEW=len(footprint) + 1)
+    apart = [np.abs(settled(FEW=300, APART=a) - single).max() for a in (4.0, 8.0)]
+    assert apart[1] < apart[0] / 16
+    assert 0 < apart[0] < 2e-6 * np.abs(single).max()
+
+
 @pytest.mark.parametrize(("size", "force"), [(1e-12, 1e30), (1e15, 1e-30), (1.0, 0.0)])
 def test_rough_settlements_in_any_units(size, force):
     rng = np.random.default_rng(1)
-    x, pressure = rng.uniform(-1.5, 1.5, (2, 50)), force * rng.random((145, 2))
+    x, pressure = rng.uniform(-1.5, 1.5, (2, 50)), force * rng.random((545, 2))
     at = np.array([[4.5e5], [5.4e6]])
-    mesh = disc(3)
+    mesh = disc(4)
 
     def settled(mesh, x):
         footprint = Footprint.from_basis(SOIL, DualMesh.from_mesh(mesh).basis())

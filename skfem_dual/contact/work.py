@@ -44,6 +44,8 @@ from .system import DENSE, ContactSystem
 APART = 0.025
 #: errors of settlements of the sectors may be so many times those of the equations
 SECTORS = 3.0
+#: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator
+SOONER = 16_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,6 +302,7 @@ class Work:
         if few and not full:
             return (self.rows @ pressures).T
         ground = self.system.matrix
+        few = few or (len(pressures) <= SOONER and self.cells.ground.remainder is None)
         if not few and isinstance(ground, InfluenceOperator):
             rtol = min(SECTORS * ground.rtol, COARSEST)
             return ground.at(self.sectors.x, rtol).roughly(pressures).T
