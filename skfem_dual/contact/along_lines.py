@@ -84,7 +84,7 @@ def on_each(
     entries = cells.entries(np.hstack([some.x for some in own.values()]))
     rows = influence_matrix(cells.ground, cells.partition, entries.x, cells.weights)
     entries.correction.add_to(rows)
-    whole = work.at_sectors.rows @ np.hstack([each.others for each in drawn.values()])
+    whole = work.sloped(np.hstack([each.others for each in drawn.values()]))
     wholes = np.split(whole, len(drawn), axis=1)
     for (i, each), settled in zip(drawn.items(), wholes, strict=True):
         here = np.arange(begin, begin + len(own[i].cell))

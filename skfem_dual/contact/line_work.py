@@ -168,25 +168,26 @@ class LineWork:
         or carry what crossed ones do, and what the second law adds by these, (t, k)."""
         (touching,), (columns, _) = np.nonzero(self.in_contact), self.columns
         by, cells = self.by_crossed
-        by, change, rows = by[:, :, touching], self.change[:, touching], self.work.columns
-        place = np.full(len(rows), -1)
+        by, change, matrix = by[:, :, touching], self.change[:, touching], self.work.at_cells.rows
+        place = np.full(len(matrix), -1)
         place[touching] = np.arange(len(touching))
-        transposed, inside = submatrix(rows, touching, touching), self.in_contact[columns]
-        transposed[place[columns[inside]]] += change[inside]
+        own, inside = submatrix(matrix, touching, touching), self.in_contact[columns]
+        own[:, place[columns[inside]]] += change[inside].T
         outer, inner, _ = self._carried(0)
-        own = self.in_contact[cells]
-        special = np.union1d(cells[own], inner)
+        there = self.in_contact[cells]
+        special = np.union1d(cells[there], inner)
         # those out of contact have neither rows nor slopes of their own
-        without = submatrix(rows, outer, touching) + change[np.searchsorted(columns, outer)]
+        without = submatrix(matrix, touching, outer).T + change[np.searchsorted(columns, outer)]
         parts = np.zeros((self.nlaws, len(special), len(touching)))
         share = np.zeros((len(special), len(outer)))
         at = np.searchsorted(special, inner), np.arange(len(outer))
         for law, part in enumerate(parts):
-            part[np.searchsorted(special, cells[own])] = by[law, own]
+            part[np.searchsorted(special, cells[there])] = by[law, there]
             share[at] = self._carried(law)[2]
             part += share @ (without + by[law, np.searchsorted(cells, outer)])
-        transposed[place[special]] += parts[0]
-        factors = Factors.from_matrix(transposed.T)
+        own[:, place[special]] += parts[0].T
+        # the second law asks for more than refinement is for
+        factors = Factors.from_matrix(own, single=self.nlaws == 1)
         return touching, factors, place[special], (parts[-1] - parts[0]).T
 
     def pressures(self, law: int) -> ndarray:
@@ -252,8 +253,8 @@ class LineWork:
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
         loads = work.loads_of(unit, self.flat)[:, away]
         turned = self.slopes - work.cells.slopes.of(self.others)
-        x, _, slopes = work.at_sectors
-        points = Points(np.ascontiguousarray(x[:, away]), whole[away], slopes.at(away))
+        x = np.ascontiguousarray(work.sectors.x[:, away])
+        points = Points(x, whole[away], work.sloping.at(away))
         settled, grown = self.settled(points, points.rows, turned)
         far = np.zeros(work.planes.shape)
         far[:, away] = grown.T - work.planes[:, away]
@@ -282,5 +283,5 @@ def find_changes(work: Any, lined: Sequence[LineWork]) -> None:
     points.slopes.add(change, hstack([each.columns[1] for each in lined], format="csr"))
     for each, own in zip(lined, np.split(change, ends[:-1], axis=1), strict=True):
         found, crossed = np.ascontiguousarray(own.T), each.crossed[each.columns[0]]
-        found[crossed] -= work.columns[each.crossed]
+        found[crossed] -= points.rows.take(np.nonzero(each.crossed)[0], axis=1).T
         remember(each, "change", found)

@@ -44,6 +44,9 @@ from .system import DENSE, ContactSystem
 APART = 0.025
 #: errors of settlements of the sectors may be so many times those of the equations
 SECTORS = 3.0
+#: settlements under pressures are found by moments if they are fewer than the cells by so many
+#: times: that is sooner done than rows are made
+FEWER = 150
 #: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator
 SOONER = 16_000
 
@@ -108,20 +111,10 @@ class Work:
         return self._in_sectors.matrix()
 
     @computed_once
-    def at_sectors(self) -> Points:
-        """The sectors as points."""
-        return Points(self.sectors.x, self.rows, self._sloping)
-
-    @computed_once
     def at_cells(self) -> Points:
         """The collocation points, if a matrix is known."""
         matrix, cells = np.asarray(self.system.matrix), self.cells
         return Points(cells.collocation_points, matrix, cells.sloping)
-
-    @computed_once
-    def columns(self) -> ndarray:
-        """Settlements of these by unit pressure on each cell, one after the other, (n, n)."""
-        return np.ascontiguousarray(self.at_cells.rows.T)
 
     @computed_once
     def slopes(self) -> tuple[ndarray, ndarray, ndarray]:
@@ -139,9 +132,16 @@ class Work:
         return self.cells.entries(self.sectors.x)
 
     @property
-    def _sloping(self) -> SlopeCorrection | None:
+    def sloping(self) -> SlopeCorrection | None:
         """What slopes inside the cells add there."""
         return self._in_sectors.sloping
+
+    def sloped(self, pressures: ndarray) -> ndarray:
+        """Settlements of the sectors under pressures (n, k), with the slopes of all cells, by
+        moments if these are few: (nsectors, k)."""
+        if FEWER * pressures.shape[1] <= len(pressures):
+            return self._in_sectors.settlements(pressures, rough=True)
+        return self.rows @ pressures
 
     def positions(
         self,
@@ -281,18 +281,18 @@ class Work:
     def _settled(self, pressures: ndarray, flat: ndarray | None, full: bool) -> ndarray:
         """Settlement of the sectors under some pressures, shape (m, nsectors)."""
         settled = self._with_slopes(pressures, full)
-        if flat is not None and self._sloping is not None:
+        if flat is not None and self.sloping is not None:
             lost = np.where(flat, self._slopes(pressures), 0.0)
-            settled = settled - self._sloping.apply(np.moveaxis(lost, 0, -1)).T
+            settled = settled - self.sloping.apply(np.moveaxis(lost, 0, -1)).T
         return settled
 
     def settled_by(self, operator: InfluenceOperator, contact: Contact) -> ndarray:
         """Settlement of the sectors under the pressures found, (nsectors,), by an operator from
         cells that all have slopes."""
         settled = operator @ contact.pressure
-        if contact.flat is not None and self._sloping is not None:
+        if contact.flat is not None and self.sloping is not None:
             lost = np.where(contact.flat, self.cells.slopes_of(contact.pressure), 0.0)
-            settled = settled - self._sloping.apply(lost[..., None])[:, 0]
+            settled = settled - self.sloping.apply(lost[..., None])[:, 0]
         return settled
 
     def _with_slopes(self, pressures: ndarray, full: bool) -> ndarray:
