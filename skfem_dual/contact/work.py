@@ -46,7 +46,7 @@ APART = 0.025
 SECTORS = 3.0
 #: settlements under pressures are found by moments if they are fewer than the cells by so many
 #: times: that is sooner done than rows are made
-FEWER = 150
+FEWER = 250
 #: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator
 SOONER = 16_000
 

@@ -84,10 +84,12 @@ class FamilyTranslation:
         blocks = np.append(core, np.zeros_like(core[:1]), axis=0)[_NUMBERS].swapaxes(2, 3)
         # terms with the signs of their parities in each box
         blocks = gives[:, :, None, None] * blocks * takes
-        turned = np.einsum("Pa,karbs,Qb->kPrQs", SIGNS, blocks, SIGNS) / 16
+        count, _, r, _, s = blocks.shape
+        blocks = blocks.swapaxes(2, 3).reshape(count, 16, r * s)
+        turned = (np.kron(SIGNS, SIGNS) / 16 @ blocks).reshape(count, 4, 4, r, s)
         parities = np.arange(4)[:, None]
         # the parity of what acts, then of what comes out
-        found = turned[_WHICH, parities ^ _DIFFER, :, parities]
+        found = turned[_WHICH, parities ^ _DIFFER, parities]
         sources = np.where(beside >= 0, beside, len(beside)).astype(np.int32)
         return cls(first, sources, found, factors._replace(core=core[:0]))
 
@@ -132,7 +134,7 @@ class FamilyTranslation:
         """Of the first terms only, with these parities: so few that they are not compressed."""
         terms, own = len(parities), np.eye(len(parities))
         left, right = self.outer.left[:terms], self.outer.right[:, :terms]
-        matrices = np.einsum("tr,pkrs,su->pktu", left, self.matrices, right)
+        matrices = left @ self.matrices @ right
         outer = Compressed(own, self.outer.core, own, parities, parities)
         return replace(self, matrices=matrices, outer=outer)
 
