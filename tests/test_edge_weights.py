@@ -35,7 +35,10 @@ def test_distance_equals_brute_force(n, seed, spread):
     along, to = (b - a)[:, None], x[:, :, None] - a[:, None]
     s = np.clip(np.sum(to * along, 0) / np.sum(along**2, 0), 0, 1)
     expected = np.hypot(*(to - s * along)).min(axis=1)
-    assert distance_to_segments(x, a, b) == pytest.approx(expected, abs=1e-15)
+    for one_by_one in (n, 0):  # then by trees
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("skfem_dual.grids.outline.ONE_BY_ONE", one_by_one)
+            assert distance_to_segments(x, a, b) == pytest.approx(expected, abs=1e-15)
 
 
 def test_distance_in_a_disc():

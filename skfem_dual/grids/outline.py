@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..kernels.compiled import inputs, vectorised
+from ..kernels.threads import Threads
 from .partition import Partition
 from .planar import cross, directed_sides, projected, rounding
 from .polygons import readonly
@@ -17,8 +18,8 @@ from .polygons import readonly
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
 #: or like a hexagon, they are
 LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
-#: pairs of a point and a segment that are looked at one by one, in some milliseconds
-ONE_BY_ONE = 2**22
+#: so many segments are looked at one by one, which takes less than a search in a tree
+ONE_BY_ONE = 2**14
 #: segments that are looked for together
 CANDIDATES = 4
 #: points from which on threads look for the nearest, as starting them takes its time
@@ -45,9 +46,14 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     (m,) array of float
         Exact up to rounding; the cost is nearly linear in m where there are many.
     """
-    if x.shape[1] * a.shape[1] <= ONE_BY_ONE:
-        distance = np.empty(x.shape[1])
-        _least_distances(*inputs(x, a, b - a), distance)
+    if a.shape[1] <= ONE_BY_ONE:
+        distance, ribs = np.full(x.shape[1], np.inf), inputs(a, b - a)
+
+        def work(k: slice) -> None:
+            _least_distances(*inputs(x[:, k]), *ribs, distance[k])
+
+        with Threads() as run:
+            run(work, x.shape[1], a.shape[1])
         return distance
     half = np.hypot(*(b - a)) / 2
     workers = -1 if x.shape[1] > MANY else 1
@@ -113,8 +119,7 @@ def _distance(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
 
 @vectorised
 def _least_distances(x, a, along, distance):
-    """Distances of points to the nearest of segments from ``a`` by ``along``."""
-    distance[:] = np.inf
+    """Distances, so far infinite, of points to the nearest of segments from ``a`` by ``along``."""
     for k in range(a.shape[1]):
         ax, ay, lx, ly = a[0, k], a[1, k], along[0, k], along[1, k]
         square = max(lx * lx + ly * ly, 1e-300)
