@@ -48,7 +48,7 @@ SECTORS = 3.0
 #: times: that is sooner done than rows are made
 FEWER = 250
 #: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator
-SOONER = 16_000
+SOONER = 32_000
 
 
 @dataclass(frozen=True, eq=False)

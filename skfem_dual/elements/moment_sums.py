@@ -23,9 +23,9 @@ from .slopes import Slopes
 REACH = 3.03
 #: points that are looked at together, in the same blocks however threads share them
 WIDTH = GRAIN
-#: cells of a group, radii of it beyond which they act together, and cells that are too few for
-#: groups
-GROUP, APART, FEW = 12, 4.0, 300
+#: radii of a group beyond which its cells act together, cells that are too few for groups, and
+#: cells near a point for each in a group, about: as many groups are far as cells are near
+APART, FEW, NEAR = 4.0, 300, 25
 #: nanoseconds that a cell takes, about
 CELL = 1
 
@@ -53,7 +53,7 @@ class Groups(NamedTuple):
     def of(cls, partition: Partition) -> Self:
         """Of all cells; few are one group that is never far."""
         n = len(partition)
-        size, apart = (GROUP, APART) if n >= FEW else (n, np.inf)
+        size, apart = (round(np.sqrt(n / NEAR)), APART) if n >= FEW else (n, np.inf)
         order, starts = tiled(partition.centroids, size), np.append(np.arange(0, n, size), n)
         x, sizes = partition.centroids.take(order, axis=1), np.diff(starts)
         centres = np.add.reduceat(x, starts[:-1], axis=1) / sizes
