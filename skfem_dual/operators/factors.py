@@ -9,7 +9,7 @@ from scipy.linalg import get_lapack_funcs, lu_factor
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ..grids.polygons import readonly
-from ..kernels.compiled import inputs, vectorised
+from ..kernels.compiled import compiled, inputs, vectorised
 from ..kernels.once import computed_once
 from ..kernels.threads import Threads
 
@@ -253,5 +253,15 @@ def _multiply(begin, end, matrix, columns, out):
 
 
 def submatrix(matrix: ndarray, rows: ndarray, columns: ndarray) -> ndarray:
-    """Some rows and columns, three times as soon as by both at once."""
-    return matrix.take(rows, axis=0).take(columns, axis=1)
+    """Some rows and columns, by their numbers from zero: in a third of the time of numpy's."""
+    out = np.empty((len(rows), len(columns)), matrix.dtype)
+    _take(*inputs(matrix, rows, columns), out)
+    return out
+
+
+@compiled
+def _take(matrix, rows, columns, out):
+    for i in range(rows.shape[0]):
+        row = matrix[rows[i]]
+        for j in range(columns.shape[0]):
+            out[i, j] = row[columns[j]]
