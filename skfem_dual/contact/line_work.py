@@ -147,11 +147,11 @@ class LineWork:
         of = self.work.cells.slopes.of
         return np.where(self.flat[:, None], 0.0, of(np.hstack(self.laws)))
 
-    def settled(self, points: Points, known: ndarray, slopes: ndarray) -> list[ndarray]:
-        """Settlements of points under both laws, (k, m) each: what is ``known``, what some slopes
-        add and crossed cells."""
-        settled = np.hsplit(known + points.slopes.apply(slopes), 2)
-        for by, cells in self._by_crossed(points.x, 2):
+    def settled(self, sloping: Any, known: ndarray, slopes: ndarray) -> list[ndarray]:
+        """Settlements of the points of a `SlopeCorrection` under both laws, (k, m) each: what is
+        ``known``, what it adds by some slopes, and crossed cells."""
+        settled = np.hsplit(known + sloping.apply(slopes), 2)
+        for by, cells in self._by_crossed(sloping.x, 2):
             for out, matrix, pressure in zip(settled, by, self.laws, strict=True):
                 out += matrix.T @ pressure[cells]
         return settled
@@ -246,16 +246,14 @@ class LineWork:
         """
         work, (pressures, others) = self.work, self.laws
         by_points, unit = self.by_forces(0, pressures), others @ self.by_forces(1, others)
-        settled, _ = self.settled(at_own, at_own.rows @ self.others, self.slopes)
+        settled, _ = self.settled(at_own.slopes, at_own.rows @ self.others, self.slopes)
         apart = settled.T - work.planes_at(own)
         done = (unit[own.cell].T * own.load) @ apart.T
         cell = work.sectors.cell
         away = np.nonzero(~self.crossed[cell] & self.in_contact[cell])[0]
         loads = work.loads_of(unit, self.flat)[:, away]
         turned = self.slopes - work.cells.slopes.of(self.others)
-        x = np.ascontiguousarray(work.sectors.x[:, away])
-        points = Points(x, whole[away], work.sloping.at(away))
-        settled, grown = self.settled(points, points.rows, turned)
+        settled, grown = self.settled(work.sloping.at(away), whole[away], turned)
         far = np.zeros(work.planes.shape)
         far[:, away] = grown.T - work.planes[:, away]
         close = work.close(far)

@@ -44,11 +44,12 @@ from .system import DENSE, ContactSystem
 APART = 0.025
 #: errors of settlements of the sectors may be so many times those of the equations
 SECTORS = 3.0
-#: settlements under pressures are found by moments if they are fewer than the cells by so many
-#: times: that is sooner done than rows are made
-FEWER = 250
-#: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator
-SOONER = 32_000
+#: on homogeneous ground from so many cells on rows take longer than settlements by moments under a
+#: few loads
+ROWS = 1500
+#: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator,
+#: under up to so many pressures
+SOONER, TOGETHER = 32_000, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +138,9 @@ class Work:
         return self._in_sectors.sloping
 
     def sloped(self, pressures: ndarray) -> ndarray:
-        """Settlements of the sectors under pressures (n, k), with the slopes of all cells, by
-        moments if these are few: (nsectors, k)."""
-        if FEWER * pressures.shape[1] <= len(pressures):
+        """Settlements of the sectors under pressures (n, k), with the slopes of all cells: by
+        moments or by rows, however many they are, so that a case is what it is alone."""
+        if len(pressures) >= ROWS and self.cells.ground.remainder is None:
             return self._in_sectors.settlements(pressures, rough=True)
         return self.rows @ pressures
 
@@ -302,7 +303,8 @@ class Work:
         if few and not full:
             return (self.rows @ pressures).T
         ground = self.system.matrix
-        few = few or (len(pressures) <= SOONER and self.cells.ground.remainder is None)
+        if self.cells.ground.remainder is None and pressures.shape[1] <= TOGETHER:
+            few = len(pressures) <= SOONER
         if not few and isinstance(ground, InfluenceOperator):
             rtol = min(SECTORS * ground.rtol, COARSEST)
             return ground.at(self.sectors.x, rtol).roughly(pressures).T

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..kernels.compiled import inputs
 from .clouds import Clouds
-from .moments import load_moments, reach_of
+from .moments import load_moments, moved, reach_of
 from .pieces import Pieces
 from .strips import CellLoads
 
@@ -64,14 +64,14 @@ class Clusters(NamedTuple):
         for first in range(0, n, BLOCK):
             cells = np.arange(first, min(first + BLOCK, n))
             about = load_moments(pieces.of(cells), x[:, cells], degree + 1)
-            moved = _moved(loads.moments(about, cells), x[:, cells] - centres[:, of[cells]])
+            own = moved(loads.moments(about, cells), x[:, cells] - centres[:, of[cells]])
             order = np.argsort(of[cells], kind="stable")
             cluster, starts = np.unique(of[cells][order], return_index=True)
-            moments[..., cluster] += np.add.reduceat(moved[..., order], starts, axis=-1)
+            moments[..., cluster] += np.add.reduceat(own[..., order], starts, axis=-1)
         for k in np.setdiff1d(np.arange(len(after)), last)[::-1]:  # parts before their cluster
             parts = [k + 1, after[k + 1]]
             arm = centres[:, parts] - centres[:, [k]]
-            moments[..., k] = _moved(moments[..., parts], arm).sum(axis=-1)
+            moments[..., k] = moved(moments[..., parts], arm).sum(axis=-1)
         least = {d: k * radii for d, k in CLOUDS.items()}
         return cls(Clouds.from_moments(centres, radii, moments, least), *inputs(of, after))
 
@@ -104,15 +104,3 @@ def _walked(node: Any) -> tuple[ndarray, ndarray, ndarray]:
 
     walk(node)
     return np.array(begin), np.array(end), np.array(after)
-
-
-def _moved(moments: ndarray, arm: ndarray) -> ndarray:
-    """Moments (d + 1, d + 1, k) about points from which theirs are at ``arm``, (2, k)."""
-    d = len(moments) - 1
-    powers = np.zeros((2, 2 * d + 1, arm.shape[1]))
-    powers[:, d] = 1.0
-    for i in range(1, d + 1):
-        powers[:, d + i] = powers[:, d + i - 1] * arm / i
-    lower = np.subtract.outer(np.arange(d + 1), np.arange(d + 1)) + d
-    x, y = powers[0][lower], powers[1][lower]
-    return np.einsum("iak,abk,jbk->ijk", x, moments, y, optimize=True)

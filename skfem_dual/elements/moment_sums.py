@@ -11,10 +11,10 @@ import numpy as np
 from numpy import ndarray
 
 from ..grids.partition import Partition
-from ..kernels.compiled import compiled, inputs, vectorised
+from ..kernels.compiled import inputs, vectorised
 from ..kernels.threads import GRAIN, Threads
 from .edge_weights import EdgeWeights, load_centroids
-from .moments import INSIDE, Multipoles, along_arms, arms, series_terms
+from .moments import INSIDE, Multipoles, along_arms, arms, moved, series_terms
 from .near_sums import NearSums
 from .slopes import Slopes
 
@@ -25,7 +25,7 @@ REACH = 3.03
 WIDTH = GRAIN
 #: radii of a group beyond which its cells act together, cells that are too few for groups, and
 #: cells near a point for each in a group, about: as many groups are far as cells are near
-APART, FEW, NEAR = 4.0, 300, 25
+APART, FEW, NEAR = 4.0, 1000, 25
 #: nanoseconds that a cell takes, about
 CELL = 1
 
@@ -88,8 +88,8 @@ class Acting(NamedTuple):
         moments = moments.take(groups.order, axis=-1)
         middles = partition.centroids.take(groups.order, axis=1)
         squares = (INSIDE * partition.polygons.radii[groups.order]) ** 2
-        whole = np.zeros((*moments.shape[:-1], len(groups.squares)))
-        _add_moments(groups, *inputs(middles, moments), whole)
+        arm = middles - np.repeat(groups.centres, np.diff(groups.starts), axis=1)
+        whole = [np.add.reduceat(moved(m, arm), groups.starts[:-1], axis=-1) for m in moments]
         moments = np.concatenate([moments, whole], axis=-1)
         middles, squares = (
             np.hstack([middles, groups.centres]),
@@ -138,7 +138,7 @@ def settled_by_moments(
     """
     n, columns = len(partition), pressure.reshape(len(pressure), -1)
     q, g = coefficient * columns.T, np.zeros((columns.shape[1], 2, n))
-    moments = q[:, None, None] * Multipoles.about_centroids(partition, weights).moments[:5, :5]
+    moments = q[:, None, None] * Multipoles.about_centroids(partition, weights, 4).moments
     if slopes is not None:
         g = coefficient * np.moveaxis(slopes.of(columns), -1, 0)
         dipoles = np.einsum("ijn,sjn->sin", slopes.second_moments, g)
@@ -157,25 +157,6 @@ def settled_by_moments(
         )
     _add_near(near, *inputs(number[near.column], centroids, q, g), acting, out)
     return out.T.reshape(-1, *pressure.shape[1:])
-
-
-@compiled
-def _add_moments(groups, middles, moments, out):
-    """Moments of cells in the order of groups, moved to the centres of these and added."""
-    starts, centres = groups.starts, groups.centres
-    n = moments.shape[1]
-    x, y = np.ones(n), np.ones(n)
-    for k in range(centres.shape[1]):
-        for j in range(starts[k], starts[k + 1]):
-            for i in range(1, n):
-                x[i] = x[i - 1] * (middles[0, j] - centres[0, k]) / i
-                y[i] = y[i - 1] * (middles[1, j] - centres[1, k]) / i
-            for s in range(moments.shape[0]):
-                for a in range(n):
-                    for b in range(n - a):
-                        for c in range(a, n - b):
-                            for d in range(b, n - c):
-                                out[s, c, d, k] += moments[s, a, b, j] * x[c - a] * y[d - b]
 
 
 @vectorised

@@ -153,6 +153,18 @@ def load_moments(pieces: Pieces, centres: ndarray, degree: int) -> ndarray:
     return moments_about(Loads(*outline, *own), centres, degree)
 
 
+def moved(moments: ndarray, arm: ndarray) -> ndarray:
+    """Moments (d + 1, d + 1, k) about points from which theirs are at ``arm``, (2, k)."""
+    d = len(moments) - 1
+    powers = np.zeros((2, 2 * d + 1, arm.shape[1]))
+    powers[:, d] = 1.0
+    for i in range(1, d + 1):
+        powers[:, d + i] = powers[:, d + i - 1] * arm / i
+    lower = np.subtract.outer(np.arange(d + 1), np.arange(d + 1)) + d
+    x, y = powers[0][lower], powers[1][lower]
+    return np.einsum("iak,abk,jbk->ijk", x, moments, y, optimize=True)
+
+
 def reach_of(pieces: Pieces, centres: ndarray) -> ndarray:
     """Distance of the farthest vertex of the load of each cell from a point, shape (n,)."""
     begin, end = pieces.first[0], pieces.last[-1]

@@ -44,7 +44,7 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
     Returns
     -------
     (m,) array of float
-        Exact up to rounding; the cost is nearly linear in m where there are many.
+        Exact up to rounding. Up to `ONE_BY_ONE` segments cost m times n, more nearly m and n.
     """
     if a.shape[1] <= ONE_BY_ONE:
         distance, ribs = np.full(x.shape[1], np.inf), inputs(a, b - a)
