@@ -4,6 +4,7 @@ import numba
 import numpy as np
 import pytest
 from plans import disc, rectangle
+from skfem import CellBasis, ElementQuad0, MeshQuad
 
 from skfem_dual import DualMesh, HalfSpace, Paraboloid, RigidPunch
 from skfem_dual.contact.footprint import Footprint
@@ -200,6 +201,22 @@ def test_groups_far_off_act_as_their_cells_do(monkeypatch):
     apart = [np.abs(settled(FEW=1000, APART=a) - single).max() for a in (4.0, 8.0)]
     assert apart[1] < apart[0] / 16
     assert 0 < apart[0] < 2e-6 * np.abs(single).max()
+
+
+def test_groups_are_as_symmetric_as_the_plan():
+    """A pure tilt has no force, and a central force no tilt, to rounding."""
+    x = np.linspace(-1, 1, 34)
+    basis = CellBasis(MeshQuad.init_tensor(x, x), ElementQuad0())
+    punch = RigidPunch(SOIL, basis)
+    tilted = punch.solve(settlement=0.0, tilt=(1.0, 0.0), unilateral=False)
+    assert not tilted.acts
+    assert np.abs(punch.solve(1.0).tilt).max() < 1e-13
+
+
+def test_rough_settlements_nowhere():
+    footprint = Footprint.from_basis(SOIL, DualMesh.from_mesh(generate.disc(n=700)).basis())
+    found = footprint.settlements(np.empty((2, 0)), np.ones((len(footprint), 2)), rough=True)
+    assert found.shape == (0, 2)
 
 
 @pytest.mark.parametrize(("size", "force"), [(1e-12, 1e30), (1e15, 1e-30), (1.0, 0.0)])

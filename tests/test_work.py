@@ -304,3 +304,19 @@ def test_positions_in_any_unit_of_length(unit):
         lifted = punch.solve(0.1 * size**2, tilt=(0.18, 0.28))
         found.append([full.settlement / size, lifted.settlement / size, *full.tilt])
     assert found[1] == pytest.approx(found[0], rel=1e-9)
+
+
+def test_no_matter_how_a_large_cell_in_the_middle_is_numbered():
+    size = 100 ** np.linspace(0, 1, 7)
+    x = np.r_[0, np.cumsum(np.r_[size, size[::-1]])]
+    mesh = MeshTri.init_tensor(x / x[-1], x / x[-1]).translated((-0.5, -0.5))
+
+    def tilts(order):
+        numbered = MeshTri(mesh.p[:, order], np.argsort(order)[mesh.t])
+        punch = RigidPunch(HalfSpace(1.0, 0.3), DualMesh.from_mesh(numbered).basis())
+        return [punch.solve(1.0, at=at).tilt for at in ((0, 0), (0.1, 0.0))]
+
+    usual = tilts(np.arange(mesh.p.shape[1]))
+    assert np.abs(usual[0]).max() < 1e-8
+    other = tilts(np.random.default_rng(0).permutation(mesh.p.shape[1]))
+    np.testing.assert_allclose(other, usual, atol=1e-8)

@@ -51,10 +51,9 @@ def sectors(weights: EdgeWeights, twofold: bool = False) -> Sectors:
         x = np.hstack([x + spread[0], x + spread[1]])
         cell, total = np.tile(cell, 2), np.append(part * total, (1 - part) * total)
     else:
-        (inner,) = np.nonzero(weights.weighted & (most <= VARIATION * least))
-        x = np.hstack([x, _thirds(weights, inner)])
-        cell = np.concatenate([cell, np.tile(inner, 3)])
-        total = np.concatenate([total, np.tile(weights.partition.areas[inner] / 3, 3)])
+        inner = _inner(weights, np.nonzero(weights.weighted & (most <= VARIATION * least))[0])
+        x, cell = np.hstack([x, inner.x]), np.append(cell, inner.cell)
+        total = np.append(total, inner.load)
     return Sectors(np.ascontiguousarray(x), cell, total)
 
 
@@ -86,25 +85,38 @@ def gathered(x: ndarray, load: ndarray, cell: ndarray, part: ndarray) -> tuple[S
     return Sectors(middles, key // parts, total), sector
 
 
-def _thirds(weights: EdgeWeights, cells: ndarray) -> ndarray:
+def _inner(weights: EdgeWeights, cells: ndarray) -> Sectors:
     """Three points in each of some cells where thirds of its load have its second moments, one
     from the load's centroid towards the edge, or away from the middle of the plan where the load
-    leans to no side; shape (2, 3 k), the first of all cells first."""
-    centroid, areas = weights.centroids.take(cells, axis=1), weights.partition.areas[cells]
+    leans to no side; in a cell in the middle of the plan six, no side before the opposite one. The
+    first of all cells come first."""
+    partition, areas = weights.partition, weights.partition.areas[cells]
+    centroid = weights.centroids.take(cells, axis=1)
     xx, xy, yy = (weights.second_moments[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]
     # the root of a matrix of two rows, by Cayley and Hamilton
     det = np.sqrt(xx * yy - xy * xy)
     root = np.array([[xx + det, xy], [xy, yy + det]]) / np.sqrt(xx + yy + 2 * det)
-    partition = weights.partition
-    middles, polygons = partition.centroids.take(cells, axis=1), partition.polygons
-    corner = polygons.p[:, polygons.indices[polygons.offsets[cells]]]
-    towards, off = centroid - middles, middles - partition.centre[:, None]
-    for other in (off, corner - middles):  # no matter how cells are numbered
-        nil = np.hypot(*towards) < NIL * np.sqrt(areas)
-        towards = np.where(nil, other, towards)
+    middles = partition.centroids.take(cells, axis=1)
+    towards, nil = centroid - middles, NIL * np.sqrt(areas)
+    towards = np.where(np.hypot(*towards) < nil, middles - partition.centre[:, None], towards)
+    (middle,) = np.nonzero(np.hypot(*towards) < nil)
+    for k in middle:
+        towards[:, k] = _farthest(partition.polygons[cells[k]] - middles[:, [k]])
     angle = np.arctan2(towards[1], towards[0]) + 2 * np.pi / 3 * np.arange(3)[:, None]
     arm = np.sqrt(2) * np.stack([np.cos(angle), np.sin(angle)])
-    return (centroid[:, None] + np.einsum("ijn,jkn->ikn", root, arm)).reshape(2, -1)
+    arm, load = np.einsum("ijn,jkn->ikn", root, arm), np.tile(areas / 3, (3, 1))
+    load[:, middle] /= 2
+    x, opposite = centroid[:, None] + arm, centroid[:, None, middle] - arm[..., middle]
+    x = np.hstack([x.reshape(2, -1), opposite.reshape(2, -1)])
+    cell = np.append(np.tile(cells, 3), np.tile(cells[middle], 3))
+    return Sectors(x, cell, np.append(load, load[:, middle]))
+
+
+def _farthest(x: ndarray) -> ndarray:
+    """The farthest of points (2, n), of equally far ones always the same, however numbered."""
+    square = np.sum(x**2, axis=0)
+    x = x[:, square > (1 - NIL) * square.max()]
+    return x[:, np.argmax(x[0] + 0.3 * x[1])]
 
 
 def _twofold(

@@ -47,9 +47,6 @@ SECTORS = 3.0
 #: on homogeneous ground from so many cells on rows take longer than settlements by moments under a
 #: few loads
 ROWS = 1500
-#: up to so many cells on homogeneous ground are sooner summed by moments than by a fast operator,
-#: under up to so many pressures
-SOONER, TOGETHER = 32_000, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,8 +300,6 @@ class Work:
         if few and not full:
             return (self.rows @ pressures).T
         ground = self.system.matrix
-        if self.cells.ground.remainder is None and pressures.shape[1] <= TOGETHER:
-            few = len(pressures) <= SOONER
         if not few and isinstance(ground, InfluenceOperator):
             rtol = min(SECTORS * ground.rtol, COARSEST)
             return ground.at(self.sectors.x, rtol).roughly(pressures).T

@@ -12,7 +12,7 @@ from numpy import ndarray
 
 from ..grids.partition import Partition
 from ..kernels.compiled import inputs, vectorised
-from ..kernels.threads import GRAIN, Threads
+from ..kernels.threads import Threads
 from .edge_weights import EdgeWeights, load_centroids
 from .moments import INSIDE, Multipoles, along_arms, arms, moved, series_terms
 from .near_sums import NearSums
@@ -21,49 +21,53 @@ from .slopes import Slopes
 #: cells nearer than so many of their radii are integrated; no point of a regular mesh is just
 #: there
 REACH = 3.03
-#: points that are looked at together, in the same blocks however threads share them
-WIDTH = GRAIN
+#: points that are looked at together, in multiples of the second
+WIDTH, STEP = 64, 8
 #: radii of a group beyond which its cells act together, cells that are too few for groups, and
-#: cells near a point for each in a group, about: as many groups are far as cells are near
-APART, FEW, NEAR = 4.0, 1000, 25
+#: cells near a point for each in a group, about: as many groups are far as cells are near; sides
+#: of boxes are no multiples of those of cells
+APART, FEW, NEAR, UNEVEN = 4.0, 600, 25, 1.03
 #: nanoseconds that a cell takes, about
 CELL = 1
 
 
-class Groups(NamedTuple):
-    """Cells in groups of neighbours, as kernels take them.
+class Boxes(NamedTuple):
+    """Points in square boxes about the middle of a plan: mirrored ones are in mirrored boxes.
 
     Attributes
     ----------
     order : (n,) array of int
-        The cells, one group after the other.
+        The points, one box after the other.
     starts : (k + 1,) array of int
-        Where each group begins.
+        Where each box begins.
     centres : (2, k) array of float
-    squares : (k,) array of float
-        Of distances from the centres beyond which the cells act together.
+        Means of the points.
+    radii : (k,) array of float
+        Of circles around these that the points, or circles around them, reach.
     """
 
     order: ndarray
     starts: ndarray
     centres: ndarray
-    squares: ndarray
+    radii: ndarray
 
     @classmethod
-    def of(cls, partition: Partition) -> Self:
-        """Of all cells; few are one group that is never far."""
-        n = len(partition)
-        size, apart = (round(np.sqrt(n / NEAR)), APART) if n >= FEW else (n, np.inf)
-        order, starts = tiled(partition.centroids, size), np.append(np.arange(0, n, size), n)
-        x, sizes = partition.centroids.take(order, axis=1), np.diff(starts)
-        centres = np.add.reduceat(x, starts[:-1], axis=1) / sizes
-        reach = np.hypot(*(x - np.repeat(centres, sizes, axis=1)))
-        reach = np.maximum.reduceat(reach + partition.polygons.radii[order], starts[:-1])
-        return cls(*inputs(order, starts, centres, (apart * reach) ** 2))
+    def of(cls, x: ndarray, radii: ndarray, middle: ndarray, side: float) -> Self:
+        """Of points (2, n) with circles of some radii, (n,)."""
+        place = np.rint((x - middle[:, None]) / side)
+        order = np.lexsort(place)
+        x, place = x.take(order, axis=1), place.take(order, axis=1)
+        new = np.append(True, (place[:, 1:] != place[:, :-1]).any(axis=0))
+        (starts,) = np.nonzero(new[: len(order)])
+        counts = np.diff(starts, append=len(order))
+        centres = np.add.reduceat(x, starts, axis=1) / counts
+        reach = np.hypot(*(x - np.repeat(centres, counts, axis=1))) + radii[order]
+        ends = np.append(starts, len(order))
+        return cls(*inputs(order, ends, centres, np.maximum.reduceat(reach, starts)))
 
 
 class Acting(NamedTuple):
-    """Cells in the order of `Groups`, and then these, as they act by their moments.
+    """Cells in the order of their boxes, and then these, as they act by their moments.
 
     Attributes
     ----------
@@ -83,7 +87,7 @@ class Acting(NamedTuple):
     terms: ndarray
 
     @classmethod
-    def of(cls, groups: Groups, partition: Partition, moments: ndarray) -> Self:
+    def of(cls, groups: Boxes, partition: Partition, moments: ndarray) -> Self:
         """With moments of the cells under s loads, as of `Multipoles`, (s, 5, 5, n)."""
         moments = moments.take(groups.order, axis=-1)
         middles = partition.centroids.take(groups.order, axis=1)
@@ -93,18 +97,10 @@ class Acting(NamedTuple):
         moments = np.concatenate([moments, whole], axis=-1)
         middles, squares = (
             np.hstack([middles, groups.centres]),
-            np.append(squares, np.zeros(len(groups.squares))),
+            np.append(squares, np.zeros(len(groups.radii))),
         )
         terms = np.stack([series_terms(own) for own in moments])
         return cls(*inputs(middles, squares, moments[:, 0, 0], terms))
-
-
-def tiled(x: ndarray, size: int) -> ndarray:
-    """Numbers of points (2, n) in strips, and along each of them: ``size`` in a row are near."""
-    n = x.shape[1]
-    strip = size * max(round(np.sqrt(n / size)), 1)
-    order = np.argsort(x[0], kind="stable")
-    return order[np.lexsort((x[1, order], np.arange(n) // strip))]
 
 
 def settled_by_moments(
@@ -144,60 +140,72 @@ def settled_by_moments(
         dipoles = np.einsum("ijn,sjn->sin", slopes.second_moments, g)
         moments[:, 1, 0] += dipoles[:, 0]
         moments[:, 0, 1] += dipoles[:, 1]
-    groups, number = Groups.of(partition), np.empty(n, np.int64)
+    groups, points, apart = _boxes(partition, x)
+    number = np.empty(n, np.int64)
     number[groups.order] = np.arange(n)
     acting = Acting.of(groups, partition, moments)
     near = NearSums.from_cells(partition, weights, np.arange(n), REACH, x)
-    centroids = load_centroids(partition, weights)
+    centroids, boxes = load_centroids(partition, weights), len(points.radii)
     out = np.zeros((len(q), x.shape[1]))
-    points = inputs(x, tiled(x, WIDTH))
+    known = *inputs(x), points, groups, acting, apart, out
     with Threads() as run:
-        run(
-            lambda k: _add_far(k.start, k.stop, *points, groups, acting, out), x.shape[1], CELL * n
-        )
+        each = CELL * n * x.shape[1] // max(boxes, 1)
+        run(lambda k: _add_far(k.start, k.stop, *known), boxes, each)
     _add_near(near, *inputs(number[near.column], centroids, q, g), acting, out)
     return out.T.reshape(-1, *pressure.shape[1:])
 
 
+def _boxes(partition: Partition, x: ndarray) -> tuple[Boxes, Boxes, float]:
+    """Those of cells and points, and how many radii of groups of cells these act from; of few
+    cells one each, which is near."""
+    n, centroids = len(partition), partition.centroids
+    middle = (centroids.min(axis=1) + centroids.max(axis=1)) / 2
+    side, apart = np.inf, np.inf
+    if n >= FEW:
+        apart, side = APART, np.sqrt(UNEVEN * np.sqrt(n / NEAR) * partition.areas.mean())
+    cells = Boxes.of(centroids, partition.polygons.radii, middle, side)
+    return cells, Boxes.of(x, np.zeros(x.shape[1]), middle, side), apart
+
+
 @vectorised
-def _add_far(begin, end, points, order, groups, acting, out):
-    """Add what moments of cells, or of groups far off, make of some points in an order."""
+def _add_far(begin, end, x, points, groups, acting, apart, out):
+    """Add what moments of cells, or of groups far off, make of the points in some boxes."""
     middles, squares, forces, terms = acting
-    starts, distances = groups.starts, groups.squares
+    order, starts, centres, radii = points
     sets, n = forces.shape[0], groups.order.shape[0]
     x0, y0, f = np.empty(WIDTH), np.empty(WIDTH), np.empty(WIDTH)
-    x, y, xx, xy = np.empty(WIDTH), np.empty(WIDTH), np.empty(WIDTH), np.empty(WIDTH)
+    dx, dy, xx, xy = np.empty(WIDTH), np.empty(WIDTH), np.empty(WIDTH), np.empty(WIDTH)
     total, own = np.empty((sets, WIDTH)), np.empty(squares.shape[0], np.int64)
-    for first in range(begin, end, WIDTH):
-        count, some = min(WIDTH, end - first), 0
-        for i in range(WIDTH):
-            at = order[first + min(i, count - 1)]
-            x0[i], y0[i] = points[0, at], points[1, at]
-        for k in range(distances.shape[0]):
-            cx, cy, nearest = middles[0, n + k], middles[1, n + k], np.inf
-            for i in range(WIDTH):
-                dx, dy = x0[i] - cx, y0[i] - cy
-                nearest = min(nearest, dx * dx + dy * dy)
-            if nearest >= distances[k]:
+    for box in range(begin, end):
+        some = 0
+        for k in range(groups.radii.shape[0]):
+            ax, ay = centres[0, box] - middles[0, n + k], centres[1, box] - middles[1, n + k]
+            if np.sqrt(ax * ax + ay * ay) >= apart * groups.radii[k] + radii[box]:
                 own[some] = n + k
                 some += 1
             else:
-                for j in range(starts[k], starts[k + 1]):
+                for j in range(groups.starts[k], groups.starts[k + 1]):
                     own[some] = j
                     some += 1
-        total[:] = 0.0
-        for j in own[:some]:
-            cx, cy, square = middles[0, j], middles[1, j], squares[j]
-            for i in range(WIDTH):
-                f[i], x[i], y[i], xx[i], xy[i] = arms(x0[i] - cx, y0[i] - cy, square)
+        for first in range(starts[box], starts[box + 1], WIDTH):
+            count = min(WIDTH, starts[box + 1] - first)
+            full = -(-count // STEP) * STEP
+            for i in range(full):
+                at = order[first + min(i, count - 1)]
+                x0[i], y0[i] = x[0, at], x[1, at]
+            total[:] = 0.0
+            for j in own[:some]:
+                cx, cy, square = middles[0, j], middles[1, j], squares[j]
+                for i in range(full):
+                    f[i], dx[i], dy[i], xx[i], xy[i] = arms(x0[i] - cx, y0[i] - cy, square)
+                for s in range(sets):
+                    of_load, force = terms[s], forces[s, j]
+                    for i in range(full):
+                        higher = along_arms(f[i], dx[i], dy[i], xx[i], xy[i], of_load, j)
+                        total[s, i] += f[i] * force + higher
             for s in range(sets):
-                of_load, force = terms[s], forces[s, j]
-                for i in range(WIDTH):
-                    higher = along_arms(f[i], x[i], y[i], xx[i], xy[i], of_load, j)
-                    total[s, i] += f[i] * force + higher
-        for s in range(sets):
-            for i in range(count):
-                out[s, order[first + i]] += total[s, i]
+                for i in range(count):
+                    out[s, order[first + i]] += total[s, i]
 
 
 @vectorised
