@@ -106,6 +106,17 @@ def test_profiles_that_leave_their_range_below():
         GradedHalfSpace.init_profile(lambda z: 1 - 0.3 * z, 0.3)
 
 
+@pytest.mark.parametrize("depth", [0.02, 0.7, 1.5, 3.18])
+def test_profiles_that_leave_their_range_in_between(depth):
+    def dip(z, least):
+        return 1 - (1 - least) * np.exp(-(((z - depth) / (0.05 * depth)) ** 2))
+
+    with pytest.raises(ValueError, match=r"young positive at all depths, got -"):
+        GradedHalfSpace(lambda z: (1 + z) * dip(z, -0.1 / (1 + depth)), 0.3, 2.0)
+    with pytest.raises(ValueError, match=r"poisson from 0 to 0.5 at all depths, got -"):
+        GradedHalfSpace.init_profile(lambda z: 1 + z, lambda z: 0.3 * dip(z, -0.3))
+
+
 @pytest.mark.parametrize(
     "ground",
     [

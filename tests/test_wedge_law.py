@@ -195,3 +195,28 @@ def test_corners_know_their_own_part_only():
     here = wedges(blunt, blunt.boundary_facets()).reach
     away = blunt.translated((4e5, 5.3e6))
     assert wedges(away, away.boundary_facets()).reach == pytest.approx(here, rel=1e-6)
+
+
+@pytest.mark.parametrize("cut", [lambda x: x[1] > 0, lambda x: x[0] > 1])
+def test_corners_of_a_plan_in_parts_are_those_of_the_whole(cut):
+    """Cut along or across, or in single triangles; corners on seams are corners, too."""
+    mesh = MeshTri.init_tensor(np.linspace(-4, 4, 17), np.linspace(-0.5, 0.5, 5))
+    mesh = mesh.remove_elements(
+        np.nonzero((mesh.p[:, mesh.t].mean(axis=1) > [[1], [0]]).all(0))[0]
+    )
+    one = cut(mesh.p[:, mesh.t].mean(axis=1))
+    parts = [mesh.restrict(np.nonzero(some)[0]) for some in (one, ~one)]
+    p, t = np.hstack([part.p for part in parts]), [part.t for part in parts]
+    two = MeshTri(p, np.hstack([t[0], t[1] + parts[0].p.shape[1]]))
+    corners = mesh.p[:, mesh.t.T.ravel()]
+    soup = MeshTri(corners, np.arange(corners.shape[1]).reshape(3, -1, order="F"))
+    found = []
+    for m in (mesh, two, soup):
+        partition = Partition.from_mesh(m)
+        edge = np.unique(partition.boundary[edge_ribs(partition)])
+        own = wedges(m, edge)
+        order = np.lexsort(own.x.T)
+        found.append([own.x[order], own.angle[order], own.reach[order]])
+    for other in found[1:]:
+        for a, b in zip(other, found[0], strict=True):
+            np.testing.assert_allclose(a, b, atol=1e-12)

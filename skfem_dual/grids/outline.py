@@ -184,7 +184,8 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
     A polygon that follows a curve turns in all nodes alike: a corner turns by far more than the
     nodes beside it, or as much as a hexagon.
     """
-    (a, b), _ = directed_sides(mesh, facets)
+    place = _places(mesh, facets)
+    a, b = place[directed_sides(mesh, facets)[0]]
     along = mesh.p.take(b, axis=1) - mesh.p.take(a, axis=1)
     along = along / np.hypot(*along)
     n = mesh.p.shape[1]
@@ -209,7 +210,7 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
     p, q, x = mesh.p.take(a, axis=1), mesh.p.take(b, axis=1), mesh.p[:, node].T
     if not len(node):
         return Wedges(node, x, bisector.T, angle, np.empty(0))
-    part = connected_components(coo_array((np.ones(mesh.nfacets), mesh.facets), (n, n)))[1]
+    part = connected_components(coo_array((np.ones(mesh.nfacets), place[mesh.facets]), (n, n)))[1]
     own = {k: part[a] == k for k in np.unique(part[node])}
     reach = np.array(
         [
@@ -218,6 +219,19 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
         ]
     )
     return Wedges(node, x, bisector.T, angle, reach)
+
+
+def _places(mesh: Mesh, facets: ndarray) -> ndarray:
+    """The first node in the place of each, if they lie on seams: parts of the boundary that are no
+    edge, as facets of other elements lie there."""
+    n, seams = mesh.p.shape[1], np.setdiff1d(mesh.boundary_facets(), facets)
+    if not len(seams):
+        return np.arange(n)
+    nodes = np.unique(mesh.facets[:, seams])
+    apart = 1e-10 * np.ptp(mesh.p, axis=1).max()
+    pairs = nodes[cKDTree(mesh.p[:, nodes].T).query_pairs(apart, output_type="ndarray")]
+    _, number = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (n, n)))
+    return np.unique(number, return_index=True)[1][number]
 
 
 def _facing(x: ndarray, bisector: ndarray, angle: float, a: ndarray, b: ndarray) -> float:

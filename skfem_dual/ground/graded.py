@@ -61,19 +61,9 @@ class GradedHalfSpace(Stratified):
         object.__setattr__(self, "length", checked_size("length", self.length))
         _require_profile(self.young, self.poisson)
         checked_text("description", self.description)
-        depth, (ratio, nu) = self._depths, self._first
-        young = ratio * self._at_surface
-        for what, values, good, span in (
-            ("young", young, np.isfinite(young) & (young > 0), "positive"),
-            ("poisson", nu, (nu >= 0) & (nu <= 0.5), "from 0 to 0.5"),
-        ):
-            if not good.all():
-                i = np.argmin(good)
-                raise ValueError(
-                    f"expected {what} {span} at all depths, got {values[i]:g} at depth "
-                    f"{depth[i]:g}. Remedy: a profile that ends in a constant, such as "
-                    "np.interp(z, depths, values)"
-                )
+        depth = self.length * np.concatenate([[0.0], np.logspace(-6, 6, 2001)])
+        self._require(depth, *self._moduli(depth))
+        _ = self._first
 
     @classmethod
     def init_linear(cls, young: float, poisson: float, gradient: float) -> Self:
@@ -203,6 +193,27 @@ class GradedHalfSpace(Stratified):
         young = _values("young", self.young, z)
         return young / self._at_surface, nu
 
+    def _acting(self, z: ndarray) -> tuple[ndarray, ndarray]:
+        """The same where integrals ask for them, which may be between depths looked at."""
+        ratio, nu = self._moduli(z)
+        self._require(z, ratio, nu)
+        return ratio, nu
+
+    def _require(self, depth: ndarray, ratio: ndarray, nu: ndarray) -> None:
+        """Refuse moduli out of range."""
+        young = ratio * self._at_surface
+        for what, values, good, span in (
+            ("young", young, np.isfinite(young) & (young > 0), "positive"),
+            ("poisson", nu, (nu >= 0) & (nu <= 0.5), "from 0 to 0.5"),
+        ):
+            if not good.all():
+                i = np.argmin(good)
+                raise ValueError(
+                    f"expected {what} {span} at all depths, got {values[i]:g} at depth "
+                    f"{depth[i]:g}. Remedy: a profile that ends in a constant, such as "
+                    "np.interp(z, depths, values)"
+                )
+
     @property
     def _depths(self) -> ndarray:
         """Depths at which moduli are looked at."""
@@ -240,7 +251,7 @@ class GradedHalfSpace(Stratified):
                 "that tell others now; likely cause: a variable of a loop. Remedy: its value as a "
                 "default, lambda z, k=k: ..."
             )
-        return Strata((Stratum(np.inf, self._moduli, False),), None)
+        return Strata((Stratum(np.inf, self._acting, False),), None)
 
 
 def _require_profile(young: Callable, poisson: float | Callable) -> None:
