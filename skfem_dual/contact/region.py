@@ -132,6 +132,9 @@ class ContactRegion(ReadOnly):
     def mesh(self) -> MeshTri:
         """The region as triangles, those through which the edge runs cut along it.
 
+        They are cut no nearer to a vertex than in a thousandth of a side: where the edge follows
+        sides, their area differs from `area` by up to 4e-3.
+
         Raises
         ------
         ValueError
