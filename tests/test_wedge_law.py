@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from plans import annulus, disc, ellipse, rectangle
 from scipy.special import digamma, hyp2f1
-from skfem import MeshTri
+from skfem import CellBasis, ElementTriP0, MeshTri
 
-from skfem_dual import DualMesh, HalfSpace, RigidPunch
+from skfem_dual import DualMesh, HalfSpace, RigidPunch, bearing_pressure, refine_to_contact
 from skfem_dual.elements.edge_weights import EdgeWeights
 from skfem_dual.elements.wedge_law import across, bends, exponent, wedge_factor
 from skfem_dual.grids.fan import Fan
@@ -220,3 +220,62 @@ def test_corners_of_a_plan_in_parts_are_those_of_the_whole(cut):
     for other in found[1:]:
         for a, b in zip(other, found[0], strict=True):
             np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_a_line_that_folds_back_is_no_corner():
+    """Parts with common nodes on a stretch of a line touch without them farther on."""
+    below = MeshTri.init_tensor(np.linspace(0, 3, 10), np.linspace(-1, 0, 4))
+    x = np.append(np.linspace(0, 1, 4), np.linspace(1, 3, 6)[1:])
+    above = MeshTri.init_tensor(x, np.linspace(0, 1, 4))
+    p, t = np.hstack([below.p, above.p]), np.hstack([below.t, above.t + below.p.shape[1]])
+    found = []
+    for angle in (0.0, 1.1, 2.0):
+        c, s = np.cos(angle), np.sin(angle)
+        mesh = MeshTri(np.array([[c, -s], [s, c]]) @ p, t)
+        punch = RigidPunch(HalfSpace(1.0, 0.25), DualMesh.from_mesh(mesh).basis())
+        assert punch.footprint.weights.corners.angle == pytest.approx([np.pi / 2] * 6)
+        found.append(punch.solve(1.0, at=mesh.p.mean(axis=1)).settlement)
+    assert found == pytest.approx([found[0]] * 3, rel=1e-9)
+
+
+def test_parts_that_touch_in_a_node_keep_their_corners_beside_seams():
+    """Each of two squares cut by its diagonal, all in pieces node to node."""
+    square = MeshTri.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 5))
+    upper = np.diff(square.p[:, square.t].mean(axis=1), axis=0)[0] > 0
+    pieces = [square.restrict(np.nonzero(some)[0]) for some in (upper, ~upper)]
+    pieces += [piece.translated((-1.0, -1.0)) for piece in pieces]
+    starts = np.cumsum([0] + [piece.p.shape[1] for piece in pieces])
+    t = np.hstack([piece.t + start for piece, start in zip(pieces, starts, strict=False)])
+    mesh = MeshTri(np.hstack([piece.p for piece in pieces]), t)
+    partition = Partition.from_mesh(mesh)
+    found = wedges(mesh, np.unique(partition.boundary[edge_ribs(partition)]))
+    assert found.angle == pytest.approx([np.pi / 2] * 8)
+    assert found.reach == pytest.approx([1.0] * 8)
+
+
+def test_what_is_told_of_a_plan_in_parts_is_that_of_the_whole():
+    """Mitred: seams end in corners."""
+    mesh = MeshTri.init_sqsymmetric().refined(2).translated((-0.5, -0.5)).scaled(2.0)
+    x, y = mesh.p[:, mesh.t].mean(axis=1)
+    part = np.where(abs(x) > abs(y), np.where(x > 0, 0, 1), np.where(y > 0, 2, 3))
+    pieces = [mesh.restrict(np.nonzero(part == k)[0]) for k in range(4)]
+    starts = np.cumsum([0] + [piece.p.shape[1] for piece in pieces])
+    t = np.hstack([piece.t + start for piece, start in zip(pieces, starts, strict=False)])
+    cut = MeshTri(np.hstack([piece.p for piece in pieces]), t)
+    load = {"force": 1.0, "at": (0.1, 0.05)}
+    bearing, centre = [], []
+    for m in (mesh, cut):
+        punch = RigidPunch(HalfSpace(1.0, 0.25), CellBasis(m, ElementTriP0()))
+        bearing.append(bearing_pressure(punch.solve(**load)))
+        punch = RigidPunch(HalfSpace(1.0, 0.25), CellBasis(m, ElementTriP0()), edge="constant")
+        basis, field = punch.solve(1.0).pressure_field(1)
+        centre.append(field[np.hypot(*basis.mesh.p) < 1e-9].max())
+    assert bearing[1] == pytest.approx(bearing[0], rel=1e-3)
+    assert centre[1] == pytest.approx(centre[0], rel=1e-2)
+
+    def make(m):
+        return RigidPunch(HalfSpace(1.0, 0.25), CellBasis(m, ElementTriP0()))
+
+    with pytest.raises(ValueError, match=r"without seams.*\n?.*remove_duplicate_nodes"):
+        refine_to_contact(make, cut, {"force": 1.0, "at": (0.6, 0.0)}, 1)
+    assert len(refine_to_contact(make, cut.remove_duplicate_nodes(), load, 1)) >= 1

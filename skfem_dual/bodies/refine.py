@@ -11,6 +11,8 @@ from ..arguments import checked_instance, checked_integer, checked_text
 from ..contact.load import Load
 from ..grids.cellwise import nodal_mesh
 from ..grids.checks import check_type
+from ..grids.outline import edge_facets
+from ..grids.polygons import some
 from ..grids.preprocess import repair
 from ..messages import shown
 from ..solutions.punch_solution import PunchSolution
@@ -51,7 +53,8 @@ def refine_to_contact(
     Raises
     ------
     TypeError, ValueError
-        If ``make`` makes no `RigidPunch` on the mesh that it is given, or ``start`` is given.
+        If ``make`` makes no `RigidPunch` on the mesh that it is given, ``start`` is given, or the
+        mesh has seams, where facets lie on others with nodes of their own.
 
     Examples
     --------
@@ -75,7 +78,10 @@ def refine_to_contact(
     if "start" in {**load, **options}:
         raise TypeError("expected no start: each solution starts from the one before")
     refinements = checked_integer("refinements", refinements, at_least=0, at_most=MOST)
-    solutions = [_on(make, mesh).solve(**load, **options)]
+    punch = _on(make, mesh)
+    if refinements:
+        _require_no_seams(punch)
+    solutions = [punch.solve(**load, **options)]
     for _ in range(refinements):
         last = solutions[-1]
         mesh = nodal_mesh(last.punch.basis)
@@ -101,3 +107,14 @@ def _on(make: Callable[[MeshTri], RigidPunch], mesh: MeshTri) -> RigidPunch:
             "cells. Remedy: make its basis of the argument"
         )
     return punch
+
+
+def _require_no_seams(punch: RigidPunch) -> None:
+    """Refuse parts that meet node to node: their triangles would be cut on one side only."""
+    seams = np.setdiff1d(nodal_mesh(punch.basis).boundary_facets(), edge_facets(punch.partition))
+    if len(seams):
+        raise ValueError(
+            "expected a mesh without seams, got facets that lie on others but have nodes of their "
+            f"own: {some(seams)}, which refinement would take apart. Remedy: "
+            "mesh.remove_duplicate_nodes(), if they are to be one"
+        )

@@ -18,6 +18,8 @@ from .polygons import readonly
 #: nodes of an edge that turns by less are no corners; by more than so many times their neighbours,
 #: or like a hexagon, they are
 LEAST_TURN, CURVED, SHARP = np.radians(15), 2.5, np.radians(59)
+#: an edge that turns by as much folds back
+FOLDED = np.pi - 1e-6
 #: so many segments are looked at one by one, which takes less than a search in a tree
 ONE_BY_ONE = 2**14
 #: segments that are looked for together
@@ -147,6 +149,18 @@ def edge_ribs(partition: Partition) -> ndarray:
     return readonly(np.delete(ribs[real], np.unique(pairs)), np.int32)
 
 
+def edge_facets(partition: Partition) -> ndarray:
+    """Facets of the mesh on the edge of a plan, ascending: not those on seams."""
+    return np.unique(partition.boundary[edge_ribs(partition)])
+
+
+def places(x: ndarray, apart: float) -> ndarray:
+    """Numbers of the places of points (2, n), one for those no farther apart than that."""
+    pairs = cKDTree(x.T).query_pairs(apart, output_type="ndarray").T
+    graph = coo_array((np.ones(pairs.shape[1]), pairs), (x.shape[1], x.shape[1]))
+    return connected_components(graph)[1]
+
+
 def on_ribs(partition: Partition, ribs: ndarray, other: Partition, others: ndarray) -> ndarray:
     """Which of k ribs have their middles on some ribs of other cells, (k,) array of bool."""
     a, b = partition.ends(ribs)
@@ -199,6 +213,7 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
     most = np.abs(turn[[a[before[node]], b[after[node]]]]).max(axis=0)
     size = np.abs(turn[node])
     keep = (size > LEAST_TURN) & ((size > CURVED * most) | (size > SHARP))
+    keep &= size < FOLDED  # what lies on both sides of a line is one
     node, second, angle = node[keep], second[:, keep], np.pi - turn[node][keep]
     half = angle / 2
     bisector = np.array(
@@ -222,15 +237,19 @@ def wedges(mesh: Mesh, facets: ndarray) -> Wedges:
 
 
 def _places(mesh: Mesh, facets: ndarray) -> ndarray:
-    """The first node in the place of each, if they lie on seams: parts of the boundary that are no
-    edge, as facets of other elements lie there."""
+    """The first of nodes that are one across seams, for each node: facets on the boundary, other
+    than those of the edge, that have the same ends. Parts that touch in a node alone keep it."""
     n, seams = mesh.p.shape[1], np.setdiff1d(mesh.boundary_facets(), facets)
     if not len(seams):
         return np.arange(n)
-    nodes = np.unique(mesh.facets[:, seams])
-    apart = 1e-10 * np.ptp(mesh.p, axis=1).max()
-    pairs = nodes[cKDTree(mesh.p[:, nodes].T).query_pairs(apart, output_type="ndarray")]
-    _, number = connected_components(coo_array((np.ones(len(pairs)), pairs.T), (n, n)))
+    ends, apart = mesh.facets[:, seams], 1e-10 * np.ptp(mesh.p, axis=1).max()
+    middles = mesh.p.take(ends, axis=1).mean(axis=1)
+    one, two = ends[:, cKDTree(middles.T).query_pairs(apart, output_type="ndarray").T].swapaxes(
+        0, 1
+    )
+    pairs = np.hstack([[one, two], [one, two[::-1]]]).reshape(2, -1)
+    pairs = pairs[:, np.hypot(*np.subtract(*mesh.p[:, pairs].swapaxes(0, 1))) < apart]
+    _, number = connected_components(coo_array((np.ones(pairs.shape[1]), pairs), (n, n)))
     return np.unique(number, return_index=True)[1][number]
 
 

@@ -61,7 +61,7 @@ class GradedHalfSpace(Stratified):
         object.__setattr__(self, "length", checked_size("length", self.length))
         _require_profile(self.young, self.poisson)
         checked_text("description", self.description)
-        depth = self.length * np.concatenate([[0.0], np.logspace(-6, 6, 2001)])
+        depth = self._depths(2001)
         self._require(depth, *self._moduli(depth))
         _ = self._first
 
@@ -214,15 +214,14 @@ class GradedHalfSpace(Stratified):
                     "np.interp(z, depths, values)"
                 )
 
-    @property
-    def _depths(self) -> ndarray:
-        """Depths at which moduli are looked at."""
-        return self.length * np.concatenate([[0.0], np.logspace(-6, 6, 49)])
+    def _depths(self, n: int) -> ndarray:
+        """The surface and n depths."""
+        return self.length * np.concatenate([[0.0], np.logspace(-6, 6, n)])
 
     @computed_once
     def _first(self) -> tuple[ndarray, ndarray]:
-        """What they were there when the ground was made."""
-        return self._moduli(self._depths)
+        """What they were at some depths when the ground was made."""
+        return self._moduli(self._depths(49))
 
     @computed_once
     def _at_surface(self) -> float:
@@ -245,7 +244,7 @@ class GradedHalfSpace(Stratified):
 
     @property
     def strata(self) -> Strata:
-        if not np.array_equal(self._moduli(self._depths), self._first, equal_nan=True):
+        if not np.array_equal(self._moduli(self._depths(49)), self._first, equal_nan=True):
             raise ValueError(
                 "expected moduli that stay as they were when the ground was made, got functions "
                 "that tell others now; likely cause: a variable of a loop. Remedy: its value as a "

@@ -21,6 +21,7 @@ from ..elements.balance import balanced, field_resultant
 from ..errors import ConvergenceError
 from ..grids.cellwise import CellwiseBasis, nodal_mesh
 from ..grids.fan import Fan
+from ..grids.outline import edge_facets
 from ..grids.partition import Partition
 from ..ground.periodic import PeriodicGround
 from ..messages import without_remedy
@@ -103,7 +104,7 @@ def _singular_facets(solution: CellPressures) -> ndarray:
         return cells.weights.facets
     if cells.on_springs or not presses_over(cells.partition, solution.pressure):
         return np.zeros(0, dtype=int)
-    return nodal_mesh(cells.basis).boundary_facets()
+    return edge_facets(cells.partition)
 
 
 def _unbalanced(

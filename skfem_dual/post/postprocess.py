@@ -13,6 +13,7 @@ from ..contact.footprint import Footprint
 from ..elements.balance import balanced, field_resultant
 from ..grids.dual_mesh import DualMesh
 from ..grids.mappings import own_mapping
+from ..grids.outline import edge_facets
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly
 from ..solutions.punch_solution import PunchSolution
@@ -261,8 +262,7 @@ def _singular_facets(solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:
     for weights in (s.punch.weights for s in solutions):
         if weights is not None:
             return weights.facets
-    mesh = solutions[0].punch.basis.dual.mesh
-    return mesh.boundary_facets()
+    return edge_facets(solutions[0].punch.partition)
 
 
 def _lifted(couple: RegularCouple, solutions: tuple[PunchSolution, PunchSolution]) -> ndarray:

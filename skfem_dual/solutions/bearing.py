@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from scipy.special import roots_legendre
 
 from ..contact.footprint import Footprint
-from ..grids.outline import distance_to_segments, edge_ribs, inside_loops
+from ..grids.outline import distance_to_segments, edge_ribs, inside_loops, places
 from ..grids.partition import Partition
 from ..grids.polygons import readonly
 from ..kernels.once import ReadOnly, computed_in
@@ -140,14 +140,19 @@ def _inside(partition: Partition, ribs: ndarray, width: float) -> ndarray:
     normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.hypot(*(b - a))
     arm = partition.centroids[:, partition.f2c[0, ribs]] - a
     normal = normal * np.sign(np.sum(arm * normal, axis=0))
-    n = partition.polygons.p.shape[1]
-    both = np.stack([sum(np.bincount(end, along, n) for end in facets) for along in normal])
-    ends = np.unique(facets)
-    both = both[:, ends]
-    square = np.sum(both**2, axis=0)
-    met = square > 1e-2  # not where the edge turns back on itself
-    corners = partition.polygons.p[:, ends] + 2 * width * both / np.where(met, square, 1.0)
-    return np.hstack([(a + b) / 2 + width * normal, corners[:, met]])
+    points = [(a + b) / 2 + width * normal]
+    ends, number = np.unique(facets, return_inverse=True)
+    number, x = number.reshape(facets.shape), partition.polygons.p[:, ends]
+    place = places(x, 1e-10 * np.ptp(x, axis=1).max())
+    seams = [place] if place.max() < len(ends) - 1 else []
+    for one in [np.arange(len(ends)), *seams]:  # each part of a mesh alone, and across seams
+        at = one[number]
+        both = np.stack([sum(np.bincount(end, along) for end in at) for along in normal])
+        square = np.sum(both**2, axis=0)
+        met = square > 1e-2  # not where the edge turns back on itself
+        _, first = np.unique(one, return_index=True)
+        points.append((x[:, first] + 2 * width * both / np.where(met, square, 1.0))[:, met])
+    return np.hstack(points)
 
 
 def bearing_pressure(solution: CellPressures) -> float:
