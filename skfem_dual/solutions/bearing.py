@@ -146,11 +146,11 @@ def _inside(partition: Partition, ribs: ndarray, width: float) -> ndarray:
     place = places(x, 1e-10 * np.ptp(x, axis=1).max())
     seams = [place] if place.max() < len(ends) - 1 else []
     for one in [np.arange(len(ends)), *seams]:  # each part of a mesh alone, and across seams
-        at = one[number]
-        both = np.stack([sum(np.bincount(end, along) for end in at) for along in normal])
+        at, (_, first) = one[number], np.unique(one, return_index=True)
+        n = len(first)
+        both = np.stack([sum(np.bincount(end, along, n) for end in at) for along in normal])
         square = np.sum(both**2, axis=0)
         met = square > 1e-2  # not where the edge turns back on itself
-        _, first = np.unique(one, return_index=True)
         points.append((x[:, first] + 2 * width * both / np.where(met, square, 1.0))[:, met])
     return np.hstack(points)
 
