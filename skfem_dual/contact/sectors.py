@@ -19,7 +19,8 @@ NIL = 1e-6
 
 class Sectors(NamedTuple):
     """Parts of cells near the edge: a dual cell has one in each triangle of the mesh, other cells
-    have two along each side; dual cells over which the weight varies little have three.
+    have two along each side; dual cells over which the weight varies little have three, one in the
+    middle of the plan six.
 
     Attributes
     ----------
@@ -88,8 +89,8 @@ def gathered(x: ndarray, load: ndarray, cell: ndarray, part: ndarray) -> tuple[S
 def _inner(weights: EdgeWeights, cells: ndarray) -> Sectors:
     """Three points in each of some cells where thirds of its load have its second moments, one
     from the load's centroid towards the edge, or away from the middle of the plan where the load
-    leans to no side; in a cell in the middle of the plan six, no side before the opposite one. The
-    first of all cells come first."""
+    leans to no side. A cell in the middle of the plan has six, half of them opposite the others,
+    so that no direction counts more."""
     partition, areas = weights.partition, weights.partition.areas[cells]
     centroid = weights.centroids.take(cells, axis=1)
     xx, xy, yy = (weights.second_moments[..., cells] / areas)[[0, 0, 1], [0, 1, 1]]

@@ -95,10 +95,8 @@ class Acting(NamedTuple):
         arm = middles - np.repeat(groups.centres, np.diff(groups.starts), axis=1)
         whole = [np.add.reduceat(moved(m, arm), groups.starts[:-1], axis=-1) for m in moments]
         moments = np.concatenate([moments, whole], axis=-1)
-        middles, squares = (
-            np.hstack([middles, groups.centres]),
-            np.append(squares, np.zeros(len(groups.radii))),
-        )
+        middles = np.hstack([middles, groups.centres])
+        squares = np.append(squares, np.zeros(len(groups.radii)))
         terms = np.stack([series_terms(own) for own in moments])
         return cls(*inputs(middles, squares, moments[:, 0, 0], terms))
 

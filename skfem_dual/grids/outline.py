@@ -244,9 +244,8 @@ def _places(mesh: Mesh, facets: ndarray) -> ndarray:
         return np.arange(n)
     ends, apart = mesh.facets[:, seams], 1e-10 * np.ptp(mesh.p, axis=1).max()
     middles = mesh.p.take(ends, axis=1).mean(axis=1)
-    one, two = ends[:, cKDTree(middles.T).query_pairs(apart, output_type="ndarray").T].swapaxes(
-        0, 1
-    )
+    same = cKDTree(middles.T).query_pairs(apart, output_type="ndarray").T
+    one, two = ends[:, same].swapaxes(0, 1)
     pairs = np.hstack([[one, two], [one, two[::-1]]]).reshape(2, -1)
     pairs = pairs[:, np.hypot(*np.subtract(*mesh.p[:, pairs].swapaxes(0, 1))) < apart]
     _, number = connected_components(coo_array((np.ones(pairs.shape[1]), pairs), (n, n)))
