@@ -104,7 +104,7 @@ def test_processes_that_hang_or_crash_are_told(load, monkeypatch, tmp_path):
     text = (FOLDER / "campaign.py").read_text(encoding="utf-8")
     driver.write_text(text.replace("KINDS = {", 'KINDS = {"bad": ("campaign_bad", {}),'))
     monkeypatch.setattr(campaign, "__file__", str(driver))
-    monkeypatch.setattr(campaign, "PATIENCE", 8.0)
+    monkeypatch.setattr(campaign, "PATIENCE", 3.0)
     monkeypatch.setattr(campaign, "START", 60.0)
     found = list(campaign.found_in("bad"))
     assert [(outcome, label) for outcome, label, _ in found] == [

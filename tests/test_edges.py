@@ -305,7 +305,7 @@ STIFFNESS = {
 
 
 @pytest.mark.parametrize("grid", ["dual", "triangles"])
-@pytest.mark.parametrize(("thickness", "ratio"), STIFFNESS)
+@pytest.mark.parametrize(("thickness", "ratio"), [(0.1, 20.0), *slow((0.2, 20.0), (0.1, 50.0))])
 def test_stiffness_of_a_disc_on_a_crust(thickness, ratio, grid):
     """The law of pressures, which vanish behind the edge, was taken for that of shear tractions:
     torsion was up to 95 % too soft; tilts on triangles were 7 to 12 % too stiff."""

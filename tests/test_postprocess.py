@@ -507,7 +507,7 @@ def test_shares(dual, solutions, weighted):
 
 
 @pytest.mark.parametrize(
-    ("n", "graded", "a"), [(400, 1.0, 0.35), (400, 1.0, 0.4), (200, 0.3, 0.8)]
+    ("n", "graded", "a"), [(400, 1.0, 0.4), (200, 0.3, 0.8), *slow((400, 1.0, 0.35))]
 )
 def test_pressures_under_a_sphere_stay_as_close_as_they_are(n, graded, a):
     """The kink where contact ends was taken for errors: triangles came out up to four times as

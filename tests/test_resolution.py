@@ -293,9 +293,9 @@ def test_bonded_bases_that_move_against_forces_are_refused():
     [
         (GradedHalfSpace.init_linear(1.0, 0.3, 1e3), "constant"),
         (LayeredHalfSpace([Layer(1e-3, 1.0, 0.45)], "bonded"), "constant"),
-        (GradedHalfSpace.init_power(1.0, 0.3, 0.5, 1e-3), "singular"),
         (LayeredHalfSpace([Layer(5e-4, 1.0, 0.3), Layer(0.0995, 1.0, 0.3)], "bonded"), "singular"),
         *slow(
+            (GradedHalfSpace.init_power(1.0, 0.3, 0.5, 1e-3), "singular"),
             (GradedHalfSpace.init_power(1.0, 0.3, 0.45, 9e-4), "singular"),
             (GradedHalfSpace.init_linear(1.0, 0.5, 1e3), "constant"),
             (GradedHalfSpace.init_power(1.0, 0.3, 0.8, 1e-3), "constant"),
