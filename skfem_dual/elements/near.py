@@ -208,7 +208,7 @@ def _remainder(
     own = pieces._replace(first=first, last=last)
     moments = load_moments(own, around, DEGREE + 2)
     young = substrate.surface.young
-    known = substrate.singular_coefficient * young, table, radius, rtol, moments / moments[0, 0]
+    known = substrate.singular_coefficient * young, table, radius, rtol, moments
     reach = np.minimum(_reach(*known, DEGREE, _of_logarithm), ALONG_RIBS * radius)
     if SMOOTH * table.error >= known[0] * rtol:  # its derivatives are worth nothing
         reach = np.full(radius.shape, np.inf)
@@ -240,10 +240,10 @@ def _reach(
     r = np.geomspace(table.nearest, table.farthest, int(STEPS * octaves))
     steep = np.abs(np.gradient(table.evaluate(table.omega, r), np.log(r)))
     steep[STEPS:] = np.maximum(steep[STEPS:], steep[:-STEPS])
-    reach = LEAST_REACH * radius
+    reach, load = LEAST_REACH * radius, moments[0, 0]
     for k in (degree + 1, degree + 2):
         beyond = np.maximum.accumulate((steep / (k * coefficient * r ** (k - 1)))[::-1])[::-1]
-        first = np.searchsorted(1 / beyond.clip(TINY), term(moments, k) / rtol)
+        first = np.searchsorted(1 / beyond.clip(TINY), term(moments, k) / (rtol * load))
         reach = np.maximum(reach, np.append(r, np.inf)[first])
     return reach
 
