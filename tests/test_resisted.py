@@ -39,7 +39,7 @@ def plate():
 
 def written(K, digits, folder):
     mmwrite(folder / "K.mtx", K, precision=digits)
-    return mmread(folder / "K.mtx").tocsr()
+    return mmread(folder / "K.mtx", spmatrix=True).tocsr()
 
 
 @pytest.mark.parametrize("digits", [4, 5, 6, 7, 8])
