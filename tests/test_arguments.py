@@ -145,7 +145,7 @@ GRID = np.arange(6.0).reshape(2, 3)
         np.asfortranarray(GRID),
         np.dstack([GRID, GRID])[:, ::-1, 0][:, ::-1],
         np.ma.array(GRID),
-        np.asmatrix(GRID),
+        GRID.view(np.matrix),
     ],
     ids=lambda v: f"{type(v).__name__}-{getattr(v, 'dtype', '')}",
 )
