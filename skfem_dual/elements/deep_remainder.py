@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy import ndarray
+from scipy.spatial import cKDTree
 
 from ..ground.depths import BITS, DEGREE, FIRST_PANEL, DepthTables
 from ..ground.hankel import panel_at
@@ -16,10 +17,11 @@ from ..ground.stratified import Stratified
 from ..kernels.compiled import compiled, inputs
 from ..kernels.threads import Threads
 from .clouds import DEGREES, Clouds
+from .edge_weights import EdgeWeights
 from .halving import CUTS, ROOM, RULE, RULE_WEIGHTS, next_part, size_of
 from .moments import load_moments, reach_of
 from .pieces import Pieces
-from .strips import CellLoads
+from .strips import CellLoads, area_of, weighted_strips
 
 #: where moduli vary from the surface on, depths less than this part of a cell count as this
 SHALLOW = 1e-5
@@ -40,7 +42,8 @@ class _Clouds(NamedTuple):
 
 def deep_remainder(ground: Stratified, loads: Sequence[CellLoads], x: ndarray) -> ndarray:
     """Six stresses and three displacements at points of shape (3, m), shape (9, m)."""
-    clouds = [_clouds(load) for load in loads]
+    near = None if ground.strata.layers[0].uniform else x[:2]
+    clouds = [_clouds(load, near) for load in loads]
     plans = np.hstack([load.partition.polygons.p for load in loads])
     beyond = 2 * max(c.clouds.radii.max() for c in clouds)
     cell = np.sqrt(min(load.partition.areas.min() for load in loads))
@@ -74,14 +77,33 @@ def _below(loads: _Clouds, tables: DepthTables, x: ndarray, which: ndarray) -> n
     return out
 
 
-def _clouds(load: CellLoads) -> _Clouds:
+def _clouds(load: CellLoads, x: ndarray | None) -> _Clouds:
+    """With weighted cells in strips that are near some of the points ``x``, if there are any."""
     pieces, centres = Pieces.from_partition(load.partition, load.weights), load.acting
     radius = reach_of(pieces, centres)
     moments = load.moments(load_moments(pieces, centres, max(DEGREES) + 1))
     clouds = Clouds.from_moments(
         centres, radius, moments, {degree: k * radius for degree, k in DEGREES.items()}
     )
+    if x is not None and load.weights is not None:
+        distance, _ = cKDTree(x.T).query(centres.T)
+        (near,) = np.nonzero(load.weighted & (distance <= 1.001 * min(DEGREES.values()) * radius))
+        if len(near):
+            pieces = pieces.with_triangles(*_strips(load, load.weights, near))
     return _Clouds(clouds, pieces, *inputs(load.pressure, load.slopes_or_zero, RULE, RULE_WEIGHTS))
+
+
+def _strips(
+    load: CellLoads, weights: EdgeWeights, cells: ndarray
+) -> tuple[ndarray, ndarray, ndarray]:
+    """Triangles (2, 3, k) that the strips of some cells make, their densities and cells."""
+    unit = load._replace(pressure=np.ones(len(load.partition)), slopes=None)
+    x, density, cell = weighted_strips(unit, weights, cells)
+    x = np.concatenate([x[:, [0, 1, 2]], x[:, [0, 2, 3]]], axis=2)
+    area = area_of(x)
+    own = np.nonzero(area)[0]
+    x = np.where(area > 0, x, x[:, ::-1])
+    return x[..., own], np.tile(density, 2)[own], np.tile(cell, 2)[own]
 
 
 def _table_depths(ground: Stratified, cell: float, z: ndarray) -> ndarray:

@@ -54,11 +54,33 @@ class Pieces(NamedTuple):
             sizes = np.concatenate([sizes, np.full(len(own), 3)])
             density = np.concatenate([density, mean[own] / weights.mean[fan.cell[own]]])
             vertices = np.hstack([vertices, triangles.reshape(2, -1)])
+        return cls.of_polygons(vertices, sizes, density, cell, n)
+
+    @classmethod
+    def of_polygons(
+        cls, vertices: ndarray, sizes: ndarray, density: ndarray, cell: ndarray, n: int
+    ) -> Self:
+        """Of the vertices of polygons, one after the other, their densities and which of n cells
+        each of them belongs to."""
         order = np.argsort(cell, kind="stable")
         vertices = vertices.take(np.argsort(np.repeat(cell, sizes), kind="stable"), axis=1)
         offsets = np.concatenate([[0], np.cumsum(sizes[order])])
         first = np.searchsorted(cell[order], np.arange(n + 1))
         return cls(*inputs(vertices, offsets, density[order], first[:-1], first[1:]))
+
+    def with_triangles(self, x: ndarray, density: ndarray, cell: ndarray) -> Self:
+        """With triangles of corners (2, 3, k) in place of what their cells had."""
+        n, sizes = len(self.first), np.diff(self.offsets)
+        own = np.repeat(np.arange(n), self.last - self.first)
+        keep = ~np.isin(own, cell)
+        vertices = self.vertices[:, np.repeat(keep, sizes)]
+        return type(self).of_polygons(
+            np.hstack([vertices, x.swapaxes(1, 2).reshape(2, -1)]),
+            np.concatenate([sizes[keep], np.full(len(cell), 3)]),
+            np.concatenate([self.density[keep], density]),
+            np.concatenate([own[keep], cell]),
+            n,
+        )
 
     def of(self, cells: ndarray) -> Self:
         """Those of some cells, ascending."""
