@@ -9,9 +9,11 @@ import numba
 import numpy as np
 import pytest
 from plans import disc
+from scipy.spatial import cKDTree
 from skfem.mapping import MappingAffine
 
 from skfem_dual import DualMesh, HalfSpace, LayeredHalfSpace, Paraboloid, RigidPunch, RigidPunches
+from skfem_dual.grids import outline
 from skfem_dual.ground.layered import Layer
 from skfem_dual.kernels import threads
 from skfem_dual.kernels.threads import Threads
@@ -240,3 +242,21 @@ def test_short_work_is_cut_into_few_pieces():
             counts.append(len(slices))
         assert counts == sorted(counts, reverse=True)
     assert counts[-1] == 1
+
+
+def test_searches_in_trees_take_as_many_threads_as_are_allowed(monkeypatch):
+    monkeypatch.setattr(outline, "ONE_BY_ONE", 0)
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 3)
+    asked = []
+
+    class Tree(cKDTree):
+        def query(self, *args, workers=1, **options):
+            asked.append(workers)
+            return super().query(*args, workers=workers, **options)
+
+    monkeypatch.setattr(outline, "cKDTree", Tree)
+    ends = np.array([[0.0, 1.0], [0.0, 0.0]])
+    for m in (10, outline.MANY + 1):
+        x = np.stack([np.linspace(0, 1, m), np.linspace(1, 2, m)])
+        assert outline.distance_to_segments(x, ends[:, :1], ends[:, 1:]) == pytest.approx(x[1])
+    assert asked == [1, 1, 3, 3]

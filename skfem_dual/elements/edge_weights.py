@@ -31,6 +31,7 @@ from ..ground.seen import Seen
 from ..ground.substrates import Substrate
 from ..kernels.compiled import compiled, inputs
 from ..kernels.once import ReadOnly, computed_once, remember
+from ..kernels.threads import threads_for
 from .graded_rule import graded
 from .law_moments import LawFactors, Triangles, factor_at, law_moments
 from .law_polynomials import law_polynomials
@@ -111,7 +112,7 @@ class EdgeWeights(ReadOnly):
         # edge and half the length of a rib
         reach = 1.000001 * np.hypot(far * around, np.hypot(*(b - a)).max() / 2)
         ends = cKDTree(partition.polygons.p[:, np.unique(partition.facets[:, ribs])].T)
-        workers = -1 if mesh.p.shape[1] > MANY else 1
+        workers = threads_for(mesh.p.shape[1], MANY)
         nearest, _ = ends.query(mesh.p.T, distance_upper_bound=reach.max(), workers=workers)
         near = nearest < reach
         if not (isinstance(basis, CellwiseBasis) and basis.grid == "dual"):

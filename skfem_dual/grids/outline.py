@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from skfem import Mesh
 
 from ..kernels.compiled import inputs, vectorised
-from ..kernels.threads import Threads
+from ..kernels.threads import Threads, threads_for
 from .partition import Partition
 from .planar import cross, directed_sides, projected, rounding
 from .polygons import readonly
@@ -58,7 +58,7 @@ def distance_to_segments(x: ndarray, a: ndarray, b: ndarray) -> ndarray:
             run(work, x.shape[1], a.shape[1])
         return distance
     half = np.hypot(*(b - a)) / 2
-    workers = -1 if x.shape[1] > MANY else 1
+    workers = threads_for(x.shape[1], MANY)
     # the nearest point is an end of a segment, or the foot of a perpendicular: then the middle is
     # not farther than the hypotenuse of the distance and half the length. Segments of one octave
     # of lengths at a time, so that this leaves few candidates

@@ -22,9 +22,10 @@ LONG = 0.005
 ALONE = 2**16
 
 
-def threads_for(items: int) -> int:
-    """Threads for arithmetic on so many items: one where it is shorter than starting others."""
-    return int(numba.config.NUMBA_NUM_THREADS) if items > ALONE else 1
+def threads_for(items: int, alone: int = ALONE) -> int:
+    """Threads for work on so many items: one where it is shorter than starting others, for up to
+    ``alone`` of them."""
+    return int(numba.config.NUMBA_NUM_THREADS) if items > alone else 1
 
 
 class Threads:
