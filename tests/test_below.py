@@ -294,13 +294,13 @@ def test_shortening_next_to_a_varying_surface(depth):
 
 
 def test_stresses_below_an_edge_obey_the_law_of_hooke_in_a_gradient():
-    """The law of the edge falls within triangles, whose means alone were 7 % of the load off."""
+    """The law of the edge falls in triangles, whose means alone are 8 % of the pressure off."""
     plan = Plan.from_polygon([(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)])
     basis = DualMesh.from_mesh(plan.mesh(n=200)).basis()
     punch = RigidPunch(GradedHalfSpace.init_linear(10.0, 0.3, 2.0), basis, origin=(2, 1.5))
-    solution, z, h = punch.solve(16.0, at=(0.1, 0.0)), 0.02, 2e-4
+    solution, z, h = punch.solve(plan.area, at=(0.1, 0.0)), 0.02, 2e-4
     for at in ((3.0, 0.005), (1.2, 4.99)):
         strain = vertical_profile(solution, at, [z]).strain[0]
         w = vertical_profile(solution, at, z + h * np.array([-2, -1, 1, 2])).displacement[2]
         slope = (w[0] - 8 * w[1] + 8 * w[2] - w[3]) / (12 * h)
-        assert 10 * (slope + strain) == pytest.approx(0, abs=1e-3)  # the mean pressure is 1
+        assert 10 * (slope + strain) == pytest.approx(0, abs=3e-4)  # the mean pressure is 1

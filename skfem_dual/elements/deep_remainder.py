@@ -1,7 +1,8 @@
 """Stresses and displacements below cells by what stratified ground has beyond the homogeneous.
 
 It is smooth over a length: cells far away, measured with it, act as clouds of points, others are
-cut until their parts are far away.
+cut until their parts are far away. Where moduli vary from the surface on it is not smooth next to
+that, and sees how the law of the edge falls inside triangles: those of near cells are in strips.
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.spatial import cKDTree
 
+from ..grids.partition import Partition
 from ..ground.depths import BITS, DEGREE, FIRST_PANEL, DepthTables
 from ..ground.hankel import panel_at
 from ..ground.stratified import Stratified
@@ -42,8 +44,8 @@ class _Clouds(NamedTuple):
 
 def deep_remainder(ground: Stratified, loads: Sequence[CellLoads], x: ndarray) -> ndarray:
     """Six stresses and three displacements at points of shape (3, m), shape (9, m)."""
-    near = None if ground.strata.layers[0].uniform else x[:2]
-    clouds = [_clouds(load, near) for load in loads]
+    smooth = ground.strata.layers[0].uniform
+    clouds = [_clouds(load, None if smooth else x[:2]) for load in loads]
     plans = np.hstack([load.partition.polygons.p for load in loads])
     beyond = 2 * max(c.clouds.radii.max() for c in clouds)
     cell = np.sqrt(min(load.partition.areas.min() for load in loads))
@@ -78,7 +80,7 @@ def _below(loads: _Clouds, tables: DepthTables, x: ndarray, which: ndarray) -> n
 
 
 def _clouds(load: CellLoads, x: ndarray | None) -> _Clouds:
-    """With weighted cells in strips that are near some of the points ``x``, if there are any."""
+    """With strips in weighted cells that are near some of the points ``x``, if any are given."""
     pieces, centres = Pieces.from_partition(load.partition, load.weights), load.acting
     radius = reach_of(pieces, centres)
     moments = load.moments(load_moments(pieces, centres, max(DEGREES) + 1))
@@ -89,19 +91,19 @@ def _clouds(load: CellLoads, x: ndarray | None) -> _Clouds:
         distance, _ = cKDTree(x.T).query(centres.T)
         (near,) = np.nonzero(load.weighted & (distance <= 1.001 * min(DEGREES.values()) * radius))
         if len(near):
-            pieces = pieces.with_triangles(*_strips(load, load.weights, near))
+            pieces = pieces.with_triangles(*_strips(load.partition, load.weights, near))
     return _Clouds(clouds, pieces, *inputs(load.pressure, load.slopes_or_zero, RULE, RULE_WEIGHTS))
 
 
 def _strips(
-    load: CellLoads, weights: EdgeWeights, cells: ndarray
+    partition: Partition, weights: EdgeWeights, cells: ndarray
 ) -> tuple[ndarray, ndarray, ndarray]:
     """Triangles (2, 3, k) that the strips of some cells make, their densities and cells."""
-    unit = load._replace(pressure=np.ones(len(load.partition)), slopes=None)
+    unit = CellLoads(partition, np.ones(len(partition)), weights)
     x, density, cell = weighted_strips(unit, weights, cells)
     x = np.concatenate([x[:, [0, 1, 2]], x[:, [0, 2, 3]]], axis=2)
     area = area_of(x)
-    own = np.nonzero(area)[0]
+    own = np.nonzero(area)[0]  # strips that end in an apex make one only
     x = np.where(area > 0, x, x[:, ::-1])
     return x[..., own], np.tile(density, 2)[own], np.tile(cell, 2)[own]
 
